@@ -230,8 +230,11 @@ impl SceneBuilder {
         let is_interface = |m: &Material| matches!(m.model, MaterialModel::Interface);
         if light != NO_INDEX && is_interface(&self.materials[material as usize]) {
             // A pane without refraction transmits all.
-            let model =
-                MaterialModel::ThinDielectric { eta: 1.0, tint: Texture::Constant([1.0; 3]) };
+            let model = MaterialModel::ThinDielectric {
+                eta: [1.0; 3],
+                dispersion: None,
+                tint: Texture::Constant([1.0; 3]),
+            };
             self.shapes[shape as usize].material = self.add_material(Material::new(model));
         }
     }
@@ -319,6 +322,7 @@ impl SceneBuilder {
             let boundary = Some(DiffuseBoundary::new(interior.eta));
             let medium = Medium {
                 boundary,
+                boundary_dispersion: interior.dispersion.clone(),
                 colours: interior.colours.clone(),
                 ..Medium::homogeneous(interior.medium, interior.g)
             };

@@ -46,7 +46,7 @@ pub use light::{
     Sky, SkyImage, SkyLayout, SkySampling, cosine_hemisphere, luminance, uplifted,
 };
 pub use material::{
-    DielectricCoat, Material, MaterialModel, Metal, MetallicRoughnessSurface, Roughness,
+    DielectricCoat, Dispersion, Material, MaterialModel, Metal, MetallicRoughnessSurface, Roughness,
 };
 pub use measured::{MeasuredSample, MeasuredSurface};
 pub use medium::{

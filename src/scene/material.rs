@@ -27,6 +27,9 @@ pub struct Material {
     pub measured_uplift: Option<[[f32; 3]; 3]>,
 }
 
+/// Refractive index by wavelength; `None` if it is constant.
+pub type Dispersion = Option<Arc<BandSpectrum>>;
+
 /// Scattering models, named and defined as in pbrt-v4 unless they say otherwise.
 #[derive(Clone, Debug)]
 pub enum MaterialModel {
@@ -65,7 +68,7 @@ pub enum MaterialModel {
         /// Refractive index inside over that outside, at the d line.
         eta: f32,
         /// The same by wavelength; `None` if it is constant.
-        dispersion: Option<Arc<BandSpectrum>>,
+        dispersion: Dispersion,
         /// Roughness.
         roughness: Roughness,
     },
@@ -81,8 +84,10 @@ pub enum MaterialModel {
     },
     /// A sheet of glass of zero thickness.
     ThinDielectric {
-        /// Refractive index.
-        eta: f32,
+        /// Refractive index, by colour channel.
+        eta: [f32; 3],
+        /// The same by wavelength; `None` if it is constant.
+        dispersion: Dispersion,
         /// Fraction of the transmitted light that is kept.
         tint: Texture,
     },
@@ -172,8 +177,10 @@ pub struct MetallicRoughnessSurface {
 /// 2018).
 #[derive(Clone, Debug)]
 pub struct DielectricCoat {
-    /// Refractive index of the layer over that outside.
+    /// Refractive index of the layer over that outside, at the d line.
     pub eta: f32,
+    /// The same by wavelength; `None` if it is constant.
+    pub dispersion: Dispersion,
     /// Roughness of the outer interface.
     pub roughness: Roughness,
     /// Thickness [mean free paths of a medium of density 1].
@@ -265,9 +272,38 @@ impl MaterialModel {
         self.textures().into_iter().map(Texture::node_count).sum()
     }
 
-    /// Returns whether the refractive index depends on the wavelength.
+    /// Returns whether the surface refracts each wavelength into another direction.
     pub(super) fn disperses(&self) -> bool {
-        matches!(self, Self::Dielectric { dispersion: Some(_), .. })
+        match self {
+            Self::Dielectric { dispersion, .. } => dispersion.is_some(),
+            Self::Subsurface { interior, .. } => interior.dispersion.is_some(),
+            Self::CoatedDiffuse { coat, .. } | Self::CoatedConductor { coat, .. } => {
+                coat.dispersion.is_some()
+            }
+            _ => false,
+        }
+    }
+
+    /// Replaces a refractive index that depends on the wavelength by those of a set. Returns whether light
+    /// goes on in the direction of the wavelength `hero` alone.
+    pub(super) fn fix_index(&mut self, set: usize, hero: usize) -> bool {
+        let (eta, dispersion) = match self {
+            Self::ThinDielectric { eta, dispersion, .. } => {
+                if let Some(spectrum) = dispersion.take() {
+                    *eta = spectrum.in_set(set);
+                }
+                return false;
+            }
+            Self::Dielectric { eta, dispersion, .. } => (eta, dispersion),
+            Self::Subsurface { interior, .. } => (&mut interior.eta, &mut interior.dispersion),
+            Self::CoatedDiffuse { coat, .. } | Self::CoatedConductor { coat, .. } => {
+                (&mut coat.eta, &mut coat.dispersion)
+            }
+            _ => return false,
+        };
+        let Some(spectrum) = dispersion.take() else { return false };
+        *eta = spectrum.in_set(set)[hero];
+        true
     }
 
     /// Returns all textures of the model.

@@ -82,7 +82,7 @@ impl SpectralScene {
             Scene {
                 materials: materials.collect(),
                 lights: Arc::new(base.lights.in_set(set)),
-                media: media.map(|(medium, spectra)| medium.in_set(spectra, set)).collect(),
+                media: media.map(|(medium, spectra)| medium.in_set(spectra, set, hero)).collect(),
                 ..base.clone()
             }
         })
@@ -167,10 +167,7 @@ impl Material {
             })
         };
         let mut material = Self { model: self.model.with_colours(&mut map), ..self.clone() };
-        if let MaterialModel::Dielectric { eta, dispersion, .. } = &mut material.model
-            && let Some(spectrum) = dispersion.take()
-        {
-            *eta = spectrum.in_set(set)[hero];
+        if material.model.fix_index(set, hero) {
             material.only_channel = Some(hero);
         }
         if let MaterialModel::Measured(_) = &material.model {

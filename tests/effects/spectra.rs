@@ -1,6 +1,8 @@
 //! Spectra in pictures: colours are those of integrals over the wavelength, dispersion is where Snell's law
 //! puts it, and pictures depend on the job alone.
 
+mod crystal;
+mod glass;
 mod media;
 
 use crate::support::workspace::Workspace;
@@ -37,6 +39,16 @@ fn wall(sky: &str, material: &str) -> String {
          Integrator \"path\" \"integer maxdepth\" 2 Camera \"perspective\" \"float fov\" 4
          WorldBegin LightSource \"infinite\" {sky} Material {material}
          Shape \"bilinearmesh\" \"point3 P\" [-1 -1 5  1 -1 5  -1 1 5  1 1 5]"
+    )
+}
+
+/// A camera that sees nothing but a ball of one material, under a sky; light scatters below its surface.
+fn ball(sky: &str, material: &str) -> String {
+    format!(
+        "Film \"rgb\" \"integer xresolution\" 8 \"integer yresolution\" 8 PixelFilter \"box\"
+         Integrator \"volpath\" \"integer maxdepth\" 6 Camera \"perspective\" \"float fov\" 4
+         WorldBegin LightSource \"infinite\" {sky} Material {material}
+         Translate 0 0 5 Shape \"sphere\""
     )
 }
 

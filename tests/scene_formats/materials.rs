@@ -40,11 +40,11 @@ fn materials_have_the_defaults_of_pbrt() {
         panic!()
     };
     assert_eq!((eta, roughness_and_remap(&roughness)), (1.5, ([0.0; 2], true)));
-    let MaterialModel::ThinDielectric { eta, tint } = scatters("Material \"thindielectric\"")
+    let MaterialModel::ThinDielectric { eta, tint, .. } = scatters("Material \"thindielectric\"")
     else {
         panic!()
     };
-    assert_eq!((eta, colour(&tint)), (1.5, [1.0; 3]));
+    assert_eq!((eta, colour(&tint)), ([1.5; 3], [1.0; 3]));
 
     let MaterialModel::DiffuseTransmission { reflectance, transmittance, scale } =
         scatters("Material \"diffusetransmission\"")

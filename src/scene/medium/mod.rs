@@ -41,7 +41,7 @@ use std::sync::Arc;
 use glam::Vec3;
 
 use super::world::build_world;
-use super::{MaterialModel, Scene};
+use super::{Dispersion, MaterialModel, Scene};
 use petzval_base::rays::{Hit, NO_INDEX};
 
 /// Index of no medium.
@@ -57,6 +57,8 @@ pub struct Medium {
     pub model: MediumModel,
     /// Boundary of a medium below a surface, through which paths walk; `None` for others.
     pub boundary: Option<DiffuseBoundary>,
+    /// Refractive index of the boundary by wavelength; `None` if it is constant.
+    pub boundary_dispersion: Dispersion,
     /// The coefficients as colours, if a spectrum is known; `model` has their RGB.
     pub colours: Option<Arc<MediumColours>>,
 }
@@ -71,9 +73,14 @@ pub enum MediumModel {
 }
 
 impl Medium {
+    /// A medium that is not below a surface.
+    pub fn new(model: MediumModel, g: f32, colours: Option<Arc<MediumColours>>) -> Self {
+        Self { g, model, boundary: None, boundary_dispersion: None, colours }
+    }
+
     /// A homogeneous medium that is not below a surface.
     pub fn homogeneous(medium: Homogeneous, g: f32) -> Self {
-        Self { g, model: MediumModel::Homogeneous(medium), boundary: None, colours: None }
+        Self::new(MediumModel::Homogeneous(medium), g, None)
     }
 
     /// Returns the name of its kind in reports.

@@ -4,7 +4,7 @@ use petzval_spectrum::{BandSpectrum, uplift_matrix};
 
 use super::field::{DensityField, Field, FieldEmission};
 use super::homogeneous::Homogeneous;
-use super::{Medium, MediumColours, MediumModel};
+use super::{DiffuseBoundary, Medium, MediumColours, MediumModel};
 
 /// Coefficients of a medium by wavelength.
 #[derive(Clone, Debug)]
@@ -83,8 +83,8 @@ impl Medium {
         size_of::<Self>() + own
     }
 
-    /// Returns the medium at the wavelengths of a set.
-    pub(crate) fn in_set(&self, spectra: &MediumSpectra, set: usize) -> Self {
+    /// Returns the medium at the wavelengths of a set, with the boundary of the hero.
+    pub(crate) fn in_set(&self, spectra: &MediumSpectra, set: usize, hero: usize) -> Self {
         let absorption = spectra.absorption.in_set(set);
         let scattering = spectra.scattering.in_set(set);
         let model = match &self.model {
@@ -98,7 +98,11 @@ impl Medium {
                 MediumModel::Varying(Box::new(varying.with_field(field, factor)))
             }
         };
-        Self { model, colours: None, ..*self }
+        let boundary = match &self.boundary_dispersion {
+            Some(eta) => Some(DiffuseBoundary::new(eta.in_set(set)[hero])),
+            None => self.boundary,
+        };
+        Self { boundary, ..Self::new(model, self.g, None) }
     }
 }
 

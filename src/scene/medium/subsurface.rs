@@ -11,6 +11,7 @@ use std::sync::Arc;
 
 use super::colours::MediumColours;
 use super::homogeneous::Homogeneous;
+use crate::Dispersion;
 
 /// A medium behind a boundary, with which a material describes what is below its surface.
 #[derive(Clone, Debug)]
@@ -21,8 +22,10 @@ pub struct Subsurface {
     pub colours: Option<Arc<MediumColours>>,
     /// Asymmetry of its phase function.
     pub g: f32,
-    /// Refractive index of the medium over that outside.
+    /// Refractive index of the medium over that outside, at the d line.
     pub eta: f32,
+    /// The same by wavelength; `None` if it is constant.
+    pub dispersion: Dispersion,
 }
 
 /// Boundary of a medium in which paths walk.

@@ -87,9 +87,9 @@ impl MaterialBuilder<'_> {
         &mut self,
         names: SubsurfaceNames,
     ) -> Result<MaterialModel, SceneError> {
-        let eta = match names.eta.iter().any(|name| self.params.find(name).is_some()) {
+        let index = match names.eta.iter().any(|name| self.params.find(name).is_some()) {
             true => self.index(names.eta)?,
-            false => 1.33,
+            false => (1.33, None),
         };
         let (library, params) = (&self.library, self.params);
         let texture = |wanted: &str, role| -> Result<Option<Texture>, SceneError> {
@@ -113,7 +113,7 @@ impl MaterialBuilder<'_> {
         let colour = |name: &str, role| {
             Ok(texture(name, role)?.and_then(|texture| texture.constant_colour()))
         };
-        let interior = subsurface(params, eta, colour)?;
+        let interior = subsurface(params, index, colour)?;
         Ok(MaterialModel::Subsurface { interior, roughness: self.roughness("", 0.0)? })
     }
 
@@ -189,8 +189,10 @@ impl MaterialBuilder<'_> {
         eta: &[&str],
         roughness: f32,
     ) -> Result<Box<DielectricCoat>, SceneError> {
+        let (eta, dispersion) = self.index(eta)?;
         Ok(Box::new(DielectricCoat {
-            eta: self.index(eta)?,
+            eta,
+            dispersion,
             roughness: self.roughness(prefix, roughness)?,
             thickness: self.number("thickness", 0.01)?,
             albedo: self.colour("albedo", 0.0)?,

@@ -233,13 +233,14 @@ fn shiny_metal(read: &mut MaterialBuilder) -> Read {
 
 /// Reads an interface, whose refractive index has one of these names.
 fn dielectric(read: &mut MaterialBuilder, eta: &[&str]) -> Read {
-    let (eta, dispersion) = read.dispersing_index(eta)?;
+    let (eta, dispersion) = read.index(eta)?;
     Ok(MaterialModel::Dielectric { eta, dispersion, roughness: read.roughness("", 0.0)? })
 }
 
 fn thin_dielectric(read: &mut MaterialBuilder) -> Read {
     let tint = Texture::Constant([1.0; 3]);
-    Ok(MaterialModel::ThinDielectric { eta: read.index(&["eta"])?, tint })
+    let (eta, dispersion) = read.index(&["eta"])?;
+    Ok(MaterialModel::ThinDielectric { eta: [eta; 3], dispersion, tint })
 }
 
 /// Reads a coated surface, given the name and the default of its reflectance, the names of the

@@ -179,7 +179,7 @@ impl SceneReader {
                 (self.varying(params, field, &medium_from_unit)?, colours.if_spectral())
             }
         };
-        Ok(Medium { g, model, boundary: None, colours })
+        Ok(Medium::new(model, g, colours))
     }
 
     /// Returns the medium of a field in the box from p0 to p1.

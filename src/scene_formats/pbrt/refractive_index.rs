@@ -6,7 +6,7 @@ use super::SceneError;
 use super::colour::ColourRole;
 use super::material_builder::MaterialBuilder;
 use super::params::Params;
-use petzval_scene::{Metal, Texture};
+use petzval_scene::{Dispersion, Metal, Texture};
 use petzval_spectrum::D_LINE;
 use petzval_spectrum::{BandSpectrum, ChannelMetal, Colour, Spectrum, fit_metal, named_spectrum};
 
@@ -116,24 +116,9 @@ impl MaterialBuilder<'_> {
         })
     }
 
-    /// Returns the index of a dielectric at the d line: the first of these parameters that is given, or
-    /// 1.5.
-    pub(super) fn index(&mut self, names: &[&str]) -> Result<f32, SceneError> {
-        let (index, spectrum) = self.index_and_spectrum(names)?;
-        if let (Some(_), Some(param)) =
-            (spectrum, names.iter().find_map(|name| self.params.find(name)))
-        {
-            let feature = format!("dispersion of this material, a spectrum for \"{}\"", param.name);
-            self.warnings.unsupported(&param.at, &feature, "its value at 587.6 nm is used");
-        }
-        Ok(index)
-    }
-
-    /// Returns the index as [`Self::index`] does, and by wavelength if it is not constant.
-    pub(super) fn dispersing_index(
-        &mut self,
-        names: &[&str],
-    ) -> Result<(f32, Option<Arc<BandSpectrum>>), SceneError> {
+    /// Returns the index of a dielectric at the d line, of the first of these parameters that is given, or
+    /// 1.5; and by wavelength.
+    pub(super) fn index(&mut self, names: &[&str]) -> Result<(f32, Dispersion), SceneError> {
         let (index, spectrum) = self.index_and_spectrum(names)?;
         let values = spectrum.map(|spectrum| BandSpectrum::of(|nm| spectrum.index_at(nm)));
         let varies = |spectrum: &BandSpectrum| {

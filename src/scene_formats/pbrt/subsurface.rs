@@ -4,14 +4,14 @@ use super::SceneError;
 use super::colour::ColourRole;
 use super::medium_coefficients::{MAX_EXTINCTION, asymmetry, measured, scaled};
 use super::params::Params;
-use petzval_scene::{DiffuseBoundary, Homogeneous, MediumColours, Subsurface};
+use petzval_scene::{DiffuseBoundary, Dispersion, Homogeneous, MediumColours, Subsurface};
 use petzval_spectrum::{BandSpectrum, Colour, uplift_reflectance};
 
-/// Returns the medium below a surface, from the parameters of its material and a function that reads
-/// its colours.
+/// Returns the medium below a surface, from the parameters of its material, its refractive index at the d
+/// line and by wavelength, and a function that reads its colours.
 pub(super) fn subsurface(
     params: &Params,
-    eta: f32,
+    (eta, dispersion): (f32, Dispersion),
     colour: impl Fn(&str, ColourRole) -> Result<Option<Colour>, SceneError>,
 ) -> Result<Subsurface, SceneError> {
     let given = |name: &str| colour(name, ColourRole::Unbounded);
@@ -29,7 +29,7 @@ pub(super) fn subsurface(
         (named, ..) => match (named, colour("reflectance", ColourRole::Albedo)?) {
             (None, Some(reflectance)) => {
                 let path = scaled(params, &given("mfp")?.unwrap_or([1.0; 3].into()))?;
-                coefficients_of(&reflectance, &path, eta)
+                coefficients_of(&reflectance, &path, eta, &dispersion)
             }
             (named, _) => {
                 let medium = measured(params, "name", named.unwrap_or("Wholemilk"))?;
@@ -42,12 +42,18 @@ pub(super) fn subsurface(
     };
     let g = if named.is_some() { 0.0 } else { asymmetry(params)? };
     let colours = MediumColours::dark(absorption, scattering);
-    Ok(Subsurface { medium: Homogeneous::of(&colours), colours: colours.if_spectral(), g, eta })
+    let medium = Homogeneous::of(&colours);
+    Ok(Subsurface { medium, colours: colours.if_spectral(), g, eta, dispersion })
 }
 
 /// Returns the absorption and the scattering coefficient of a medium that reflects this share of diffuse
 /// light, by its mean free path.
-fn coefficients_of(reflectance: &Colour, path: &Colour, eta: f32) -> [Colour; 2] {
+fn coefficients_of(
+    reflectance: &Colour,
+    path: &Colour,
+    eta: f32,
+    dispersion: &Dispersion,
+) -> [Colour; 2] {
     let at = move |boundary: &DiffuseBoundary, reflectance: f32, path: f32| {
         let albedo = boundary.albedo_of_reflectance(reflectance);
         let extinction = (1.0 / path).min(MAX_EXTINCTION);
@@ -56,7 +62,8 @@ fn coefficients_of(reflectance: &Colour, path: &Colour, eta: f32) -> [Colour; 2]
     let boundary = DiffuseBoundary::new(eta);
     let rgb = [0, 1, 2].map(|c| at(&boundary, reflectance.rgb[c], path.rgb[c]));
     [0, 1].map(|which| {
-        let (reflectance, path) = (reflectance.clone(), path.clone());
+        let (reflectance, path, dispersion) =
+            (reflectance.clone(), path.clone(), dispersion.clone());
         Colour::new(rgb.map(|channel| channel[which]), move || {
             let shares = match reflectance.spectrum() {
                 Some(spectrum) => spectrum.clone(),
@@ -64,7 +71,11 @@ fn coefficients_of(reflectance: &Colour, path: &Colour, eta: f32) -> [Colour; 2]
             };
             let (shares, paths) = (shares.values(), path.unbounded_spectrum());
             BandSpectrum::from_bands(|band| {
-                at(&boundary, shares[band], paths.values()[band])[which]
+                let at = |boundary| at(boundary, shares[band], paths.values()[band])[which];
+                match &dispersion {
+                    Some(eta) => at(&DiffuseBoundary::new(eta.values()[band])),
+                    None => at(&boundary),
+                }
             })
         })
     })

@@ -1,9 +1,9 @@
 //! Media whose coefficients are spectra: light is absorbed, scattered and emitted as integrals over the wavelength
 //! say.
 
-use super::{assert_colour, colour, rendered};
+use super::{assert_colour, ball, colour, rendered};
 use crate::support::mean;
-use petzval_spectrum::{Spectrum, named_spectrum};
+use petzval_spectrum::{Spectrum, named_spectrum, uplift_reflectance, wavelength_bands};
 
 /// Absorption of a red dye, which falls to a tenth within 40 nm.
 const DYE: [[f64; 2]; 4] = [[400.0, 1.2], [560.0, 1.0], [600.0, 0.1], [700.0, 0.1]];
@@ -142,8 +142,7 @@ fn spectra_that_are_constant_are_grey() {
         let [grid, cloud] = grids_and_clouds(&both);
         let below = |parameters: String| {
             let sky = "\"spectrum L\" \"stdillum-F11\"";
-            super::wall(sky, &format!("\"subsurface\" {parameters}"))
-                .replace("maxdepth\" 2", "maxdepth\" 3")
+            ball(sky, &format!("\"subsurface\" {parameters}"))
         };
         let diffuse = number("reflectance", 0.4) + &number("mfp", 0.2);
         [slab(4, "LightSource \"infinite\"", &both), grid, cloud, below(both), below(diffuse)]
@@ -153,52 +152,52 @@ fn spectra_that_are_constant_are_grey() {
     }
 }
 
-/// Light of a narrow lamp sees only the coefficients at its wavelength.
+/// A blue and a red lamp see the medium at their wavelengths.
 #[test]
-fn a_narrow_lamp_sees_the_medium_at_its_wavelength() {
-    let spectral = [
-        format!("\"spectrum sigma_a\" {} \"spectrum sigma_s\" {}", written(&DYE), written(&HAZE)),
-        "\"spectrum reflectance\" [400 0.1 560 0.2 640 0.8 700 0.8] \"spectrum mfp\" [400 0.3 700 0.1]"
-            .to_owned(),
-        "\"rgb reflectance\" [0.8 0.3 0.1]".to_owned(),
-    ];
-    let (absorption, scattering) = (spectrum(&DYE), spectrum(&HAZE));
-    let uplifted = petzval_spectrum::uplift_reflectance([0.8, 0.3, 0.1]);
-    for nm in [500.0f64, 585.0] {
-        let bands = petzval_spectrum::wavelength_bands();
-        let band = bands.iter().position(|band| band.range[1] > nm).expect("visible");
-        let grey = [
-            format!(
-                "\"float sigma_a\" {} \"float sigma_s\" {}",
-                absorption.at(nm),
-                scattering.at(nm)
-            ),
-            format!(
-                "\"float reflectance\" {} \"float mfp\" {}",
-                if nm < 560.0 {
-                    0.1 + 0.1 * (nm - 400.0) / 160.0
-                } else {
-                    0.2 + 0.6 * (nm - 560.0) / 80.0
-                },
-                0.3 - 0.2 * (nm - 400.0) / 300.0
-            ),
-            format!("\"float reflectance\" {}", uplifted.values()[band]),
-        ];
-        let lamp =
-            format!("\"spectrum L\" [{} 0 {} 1 {} 1 {} 0]", nm - 1.5, nm - 0.5, nm + 0.5, nm + 1.5);
-        for (spectral, grey) in spectral.iter().zip(grey) {
-            let [found, expected] = [spectral, &grey].map(|parameters| {
-                let scene =
-                    super::wall(&lamp, &format!("\"subsurface\" {parameters} \"float eta\" 1.4"));
-                mean(&rendered(&scene, 2048, "+spectra"))
-            });
-            let (brightest, wanted) =
-                (0..3).map(|c| (c, expected[c])).max_by(|a, b| a.1.total_cmp(&b.1)).expect("three");
-            let off = found[brightest] / wanted - 1.0;
-            assert!(
-                off.abs() < 0.01,
-                "{spectral} at {nm} nm: {found:?}, not {expected:?} of {grey}"
-            );
+fn light_below_a_surface_scatters_by_wavelength() {
+    let lamps = ["[400 0 405 1 580 1 585 0]", "[615 0 620 1 750 1 755 0]"];
+    for parameters in [
+        [("sigma_a", [0.5, 0.1]), ("sigma_s", [4.0, 10.0])],
+        [("reflectance", [0.2, 0.8]), ("mfp", [0.2, 0.1])],
+    ] {
+        let of = |value: &dyn Fn(&str, [f64; 2]) -> String| {
+            parameters.map(|(name, values)| value(name, values)).join(" ")
+        };
+        let spectral =
+            of(&|name, [a, b]| format!("\"spectrum {name}\" [360 {a} 589 {a} 611 {b} 830 {b}]"));
+        for (i, lamp) in lamps.into_iter().enumerate() {
+            let at = |i: usize| of(&|name, values| format!("\"float {name}\" {}", values[i]));
+            let seen = |parameters: &str| {
+                let lamp = format!("\"spectrum L\" {lamp}");
+                let seen = mean(&rendered(
+                    &ball(&lamp, &format!("\"subsurface\" {parameters}")),
+                    4096,
+                    "+spectra",
+                ));
+                seen.into_iter().fold(0.0, f64::max)
+            };
+            let [found, expected, wrong] = [&spectral, &at(i), &at(1 - i)].map(|p| seen(p));
+            println!("{spectral} under {lamp}: {found}, {expected}, {wrong}");
+            assert!((found / expected - 1.0).abs() < 0.02, "{spectral}: {found}, not {expected}");
+            assert!((wrong / expected - 1.0).abs() > 0.2, "{spectral} cannot fail");
         }
+    }
+    // The reflectance of a colour becomes a spectrum before it becomes coefficients.
+    let colour = [0.8, 0.3, 0.1];
+    let bands = wavelength_bands().iter().zip(*uplift_reflectance(colour).values());
+    let samples: Vec<[f64; 2]> =
+        bands.map(|(band, r)| [0.5 * (band.range[0] + band.range[1]), r.into()]).collect();
+    let [rgb, spectral] = [
+        "\"rgb reflectance\" [0.8 0.3 0.1]",
+        &format!("\"spectrum reflectance\" {}", written(&samples)),
+    ]
+    .map(|parameters| {
+        let material = format!("\"subsurface\" {parameters} \"float mfp\" 0.1");
+        let scene = ball("\"spectrum L\" \"stdillum-F11\"", &material);
+        mean(&rendered(&scene, 1024, "+spectra"))
+    });
+    println!("{rgb:?}, {spectral:?}");
+    for c in 0..3 {
+        assert!((rgb[c] / spectral[c] - 1.0).abs() < 0.005, "{rgb:?}, not {spectral:?}");
     }
 }

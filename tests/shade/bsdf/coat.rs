@@ -462,7 +462,7 @@ fn is_singular_tells_whether_values_are_zero() {
         (unseeded(Dielectric::new([0.0; 2], 1.5)), true),
         (unseeded(Dielectric::new([0.2; 2], 1.5)), false),
         (unseeded(Dielectric::new([0.2; 2], 1.0)), true),
-        (unseeded(ThinDielectric::new(1.5)), true),
+        (unseeded(ThinDielectric::new([1.5; 3])), true),
         (seeded(Coated::new(layer(0.0, 1.5, 0.1), diffuse([0.5; 3]))), false),
         (coat(0.0, metal(0.0)), true),
         (coat(0.2, metal(0.0)), false),

@@ -116,7 +116,7 @@ impl Kind {
             }
             Self::Dielectric(alpha, eta) => Box::new(Dielectric::new(splat(alpha), R::splat(eta))),
             Self::Thin(eta, tint) => {
-                Box::new(ThinDielectric::new(R::splat(eta)).tinted(splat(tint)))
+                Box::new(ThinDielectric::new(splat([eta; 3])).tinted(splat(tint)))
             }
             Self::Plastic(base, alpha, eta) => {
                 metallic_roughness(base, [alpha, 0.0, eta, 0.0, 0.0])

@@ -4,7 +4,7 @@ use super::fresnel::Refraction;
 use super::lobe_choice::LobeChoice;
 use super::{Bsdf, BsdfSample, CoatWalks, SurfaceTextures, VertexParameters, columns};
 use petzval_base::lanes::Real;
-use petzval_base::lanes::vector::{negate, scale, select};
+use petzval_base::lanes::vector::{negate, select, splat};
 use petzval_scene::MaterialModel;
 
 columns! {
@@ -12,7 +12,8 @@ columns! {
     /// reflections between the two sides.
     #[derive(Clone, Copy, Debug)]
     pub struct ThinDielectric<R> {
-        eta: R,
+        /// Refractive index, by colour channel.
+        eta: [R; 3],
         /// Share of the transmitted light that is kept, by colour channel.
         tint: [R; 3],
     }
@@ -25,8 +26,8 @@ impl<R: Real<Scalar = f32>> VertexParameters<R> for ThinDielectric<R> {
 
     #[inline(always)]
     fn of(model: &MaterialModel, textures: &impl SurfaceTextures<R>) -> Option<Self> {
-        let MaterialModel::ThinDielectric { eta, tint } = model else { return None };
-        Some(Self::new(R::splat(*eta)).tinted(textures.share(tint)))
+        let MaterialModel::ThinDielectric { eta, tint, .. } = model else { return None };
+        Some(Self::new(splat(*eta)).tinted(textures.share(tint)))
     }
 
     fn albedo(model: &MaterialModel, textures: &impl SurfaceTextures<R>) -> Option<[R; 3]> {
@@ -45,12 +46,34 @@ impl<R: Real<Scalar = f32>> VertexParameters<R> for ThinDielectric<R> {
 }
 
 impl<R: Real<Scalar = f32>> ThinDielectric<R> {
-    /// A sheet of refractive index `eta`, relative to the medium around it. An index <= 0 counts
-    /// as 1.
+    /// A sheet of refractive index `eta`, by channel, relative to the medium around it. An index <= 0
+    /// counts as 1.
     #[inline(always)]
-    pub fn new(eta: R) -> Self {
+    pub fn new(eta: [R; 3]) -> Self {
         let one = R::splat(1.0);
-        Self { eta: R::select(R::splat(0.0).lt(eta), eta, one), tint: [one; 3] }
+        Self { eta: eta.map(|eta| R::select(R::splat(0.0).lt(eta), eta, one)), tint: [one; 3] }
+    }
+
+    /// Returns the share of the light of a channel that is reflected: the geometric series
+    /// R + T R T + T R^3 T + ... of both sides.
+    #[inline(always)]
+    fn reflectance(&self, cos: R, channel: usize) -> R {
+        let once = Refraction::new(cos, self.eta[channel]).reflectance;
+        R::splat(2.0) * once / (R::splat(1.0) + once)
+    }
+
+    /// Returns the reflectances of all channels, and their mean.
+    #[inline(always)]
+    fn reflectances(&self, cos: R) -> ([R; 3], R) {
+        let first = self.reflectance(cos, 0);
+        let [a, b, c] = self.eta;
+        let grey = a.equals(b) & a.equals(c);
+        if R::bits(!grey) == 0 {
+            return ([first; 3], first);
+        }
+        let all = [first, self.reflectance(cos, 1), self.reflectance(cos, 2)];
+        let mean = (all[0] + all[1] + all[2]) * R::constant(1.0 / 3.0);
+        (all, R::select(grey, first, mean))
     }
 
     /// Returns the sheet with this share of the transmitted light kept, by colour channel.
@@ -69,21 +92,23 @@ impl<R: Real<Scalar = f32>> Bsdf<R> for ThinDielectric<R> {
     #[inline(always)]
     fn sample(&self, wo: [R; 3], _u: [R; 2], choice: R) -> BsdfSample<R> {
         let (zero, one) = (R::splat(0.0), R::splat(1.0));
-        let once = Refraction::new(wo[2].abs(), self.eta).reflectance;
-        // The geometric series R + T R T + T R^3 T + ... of both sides.
-        let reflected = R::splat(2.0) * once / (one + once);
-        let [here, there] = LobeChoice::OfGlass.chances(reflected);
+        let (reflected, mean) = self.reflectances(wo[2].abs());
+        let [here, there] = LobeChoice::OfGlass.chances(mean);
         let reflects = choice.lt(here);
-        let passed = one - reflected;
+        let (mut mirrored, mut passed) = ([zero; 3], [zero; 3]);
+        for c in 0..3 {
+            mirrored[c] = reflected[c] / here;
+            passed[c] = self.tint[c] * ((one - reflected[c]) / there);
+        }
         BsdfSample {
             wi: select(reflects, [-wo[0], -wo[1], wo[2]], negate(wo)),
-            weight: select(reflects, [reflected / here; 3], scale(self.tint, passed / there)),
+            weight: select(reflects, mirrored, passed),
             pdf: zero,
             singular: self.singular(),
             valid: zero.lt(wo[2].abs()),
             eta2: one,
         }
-        .only(reflects | zero.lt(passed))
+        .only(reflects | zero.lt(one - mean))
     }
 
     #[inline(always)]
