@@ -21,12 +21,16 @@ import pictures  # noqa: E402
 HEAD = """Film "rgb" "integer xresolution" 32 "integer yresolution" 32
 PixelFilter "box" "float xradius" 0.5 "float yradius" 0.5
 Sampler "zsobol" "integer pixelsamples" %d
-Integrator "path" "integer maxdepth" %d
+Integrator "volpath" "integer maxdepth" %d
 LookAt 0 -4 1.2  0 0 0.6  0 0 1
 Camera "perspective" "float fov" 20
 WorldBegin
 """
 BALL = 'Translate 0 0 0.6 Shape "sphere" "float radius" 0.6\n'
+SHEET = """Material "diffuse" "rgb reflectance" [0 0 0] Shape "bilinearmesh" "point3 P" [-4 2 -3  4 2 -3  -4 2 5  4 2 5]
+Material "thindielectric" "spectrum eta" "glass-SF11"
+Shape "bilinearmesh" "point3 P" [-4 1 -3  4 1 -3  -4 1 5  4 1 5]
+"""
 WALL = 'Shape "bilinearmesh" "point3 P" [-4 1 -3  4 1 -3  -4 1 5  4 1 5]\n'
 PANEL = """AttributeBegin Translate 0 -2 4 AreaLightSource "diffuse" "spectrum L" "stdillum-D65"
 Shape "bilinearmesh" "point3 P" [-1 -1 0  -1 1 0  1 -1 0  1 1 0] AttributeEnd
@@ -41,6 +45,8 @@ GREY, PINK, TEAL, ORANGE = (
 )
 RED = '"spectrum reflectance" [400 0.04 580 0.05 600 0.3 620 0.7 700 0.8]'
 GREEN = '"spectrum reflectance" [400 0.05 480 0.08 510 0.5 550 0.55 580 0.2 620 0.08 700 0.1]'
+DYE = '"spectrum sigma_a" [360 1.2 560 1 600 0.1 830 0.1] "rgb sigma_s" [0 0 0]'
+HAZE = '"spectrum sigma_a" [360 0.6 560 0.5 600 0 830 0] "spectrum sigma_s" [360 4 480 2 580 1 830 0.3]'
 D65, F2, F11 = (f'"spectrum L" "stdillum-{name}"' for name in ("D65", "F2", "F11"))
 
 
@@ -59,6 +65,11 @@ def diffuse(colour):
 
 def glass(name):
     return f'Material "dielectric" "spectrum eta" "glass-{name}"\n'
+
+
+def medium(coefficients):
+    named = f'MakeNamedMedium "m" "string type" "homogeneous" {coefficients}\n'
+    return named + 'Material "interface" MediumInterface "m" ""\n'
 
 
 def ball(light, material, depth=3):
@@ -87,6 +98,10 @@ SCENES = {
     "green pigment, lamp F11": ball(F11, diffuse(GREEN)),
     "orange corner, 6 bounces, daylight": corner(ORANGE, ORANGE),
     "orange and teal corner, 6 bounces, daylight": corner(ORANGE, TEAL),
+    "red dye, lamp F2": ball(F2, medium(DYE)),
+    "red dye, lamp F11": ball(F11, medium(DYE)),
+    "red haze, lamp F11": ball(F11, medium(HAZE), 50),
+    "sheet of glass SF11, lamp F11": (sky(F11) + SHEET, 3),
     "ball of glass LASF9 before orange": (sky(D65) + diffuse(ORANGE) + WALL + glass("LASF9") + BALL, 9),
     "ball of glass F11 before orange": (sky(D65) + diffuse(ORANGE) + WALL + glass("F11") + BALL, 9),
 }

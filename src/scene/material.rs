@@ -272,8 +272,9 @@ impl MaterialModel {
         self.textures().into_iter().map(Texture::node_count).sum()
     }
 
-    /// Returns whether the surface refracts each wavelength into another direction.
-    pub(super) fn disperses(&self) -> bool {
+    /// Returns whether the surface refracts each wavelength into another direction, so that one of those of a
+    /// path goes on.
+    pub(super) fn needs_hero(&self) -> bool {
         match self {
             Self::Dielectric { dispersion, .. } => dispersion.is_some(),
             Self::Subsurface { interior, .. } => interior.dispersion.is_some(),

@@ -28,7 +28,7 @@ pub struct SpectralScene {
     /// The scene whose materials and lights have spectra.
     base: Scene,
     media: Vec<MediumSpectra>,
-    /// Whether glass disperses, so that there is a scene for each hero of a set.
+    /// Whether a surface disperses light, so that there is a scene for each hero of a set.
     disperses: bool,
     /// By set, or by band.
     scenes: Box<[OnceLock<Scene>]>,
@@ -47,12 +47,12 @@ impl SpectralScene {
             ..scene.clone()
         };
         let media = scene.media.iter().map(MediumSpectra::of).collect();
-        let disperses = base.disperses();
+        let disperses = base.materials.iter().any(|material| material.model.needs_hero());
         let count = if disperses { WAVELENGTHS } else { WAVELENGTH_SETS };
         Self { base, media, disperses, scenes: (0..count).map(|_| OnceLock::new()).collect() }
     }
 
-    /// Returns whether glass of the scene disperses, so that paths need a hero among their wavelengths.
+    /// Returns whether a surface of the scene disperses light, so that paths need a hero among their wavelengths.
     pub fn disperses(&self) -> bool {
         self.disperses
     }

@@ -43,9 +43,13 @@ struct Seen {
 }
 
 impl Scene {
-    /// Returns whether glass of the scene disperses light.
+    /// Returns whether bodies of glass in the scene disperse light: coats and skins of media show no
+    /// fringes.
     pub fn disperses(&self) -> bool {
-        self.materials.iter().any(|material| material.model.disperses())
+        let body = |material: &Material| {
+            matches!(material.model, MaterialModel::Dielectric { dispersion: Some(_), .. })
+        };
+        self.materials.iter().any(body)
     }
 
     /// Returns the largest errors of one reflection, over at most 48 lights and 48 colours. The image of a
