@@ -28,7 +28,7 @@ WorldBegin
 """
 BALL = 'Translate 0 0 0.6 Shape "sphere" "float radius" 0.6\n'
 SHEET = """Material "diffuse" "rgb reflectance" [0 0 0] Shape "bilinearmesh" "point3 P" [-4 2 -3  4 2 -3  -4 2 5  4 2 5]
-Material "thindielectric" "spectrum eta" "glass-SF11"
+Material "thindielectric" "spectrum eta" "glass-LASF9"
 Shape "bilinearmesh" "point3 P" [-4 1 -3  4 1 -3  -4 1 5  4 1 5]
 """
 WALL = 'Shape "bilinearmesh" "point3 P" [-4 1 -3  4 1 -3  -4 1 5  4 1 5]\n'
@@ -101,7 +101,7 @@ SCENES = {
     "red dye, lamp F2": ball(F2, medium(DYE)),
     "red dye, lamp F11": ball(F11, medium(DYE)),
     "red haze, lamp F11": ball(F11, medium(HAZE), 50),
-    "sheet of glass SF11, lamp F11": (sky(F11) + SHEET, 3),
+    "sheet of glass LASF9, lamp F11": (sky(F11) + SHEET, 3),
     "ball of glass LASF9 before orange": (sky(D65) + diffuse(ORANGE) + WALL + glass("LASF9") + BALL, 9),
     "ball of glass F11 before orange": (sky(D65) + diffuse(ORANGE) + WALL + glass("F11") + BALL, 9),
 }

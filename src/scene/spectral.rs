@@ -30,6 +30,8 @@ pub struct SpectralScene {
     media: Vec<MediumSpectra>,
     /// Whether a surface disperses light, so that there is a scene for each hero of a set.
     disperses: bool,
+    /// Whether one wavelength goes on behind every surface.
+    one_wavelength: bool,
     /// By set, or by band.
     scenes: Box<[OnceLock<Scene>]>,
 }
@@ -49,7 +51,15 @@ impl SpectralScene {
         let media = scene.media.iter().map(MediumSpectra::of).collect();
         let disperses = base.materials.iter().any(|material| material.model.needs_hero());
         let count = if disperses { WAVELENGTHS } else { WAVELENGTH_SETS };
-        Self { base, media, disperses, scenes: (0..count).map(|_| OnceLock::new()).collect() }
+        let scenes = (0..count).map(|_| OnceLock::new()).collect();
+        Self { base, media, disperses, one_wavelength: false, scenes }
+    }
+
+    /// Returns the scene for paths of which one wavelength goes on behind the first surface, whatever its
+    /// material: a measure of what three that share a path are worth.
+    pub fn with_one_wavelength(&self) -> Self {
+        let scenes = (0..WAVELENGTHS).map(|_| OnceLock::new()).collect();
+        Self { disperses: true, one_wavelength: true, scenes, ..self.clone() }
     }
 
     /// Returns whether a surface of the scene disperses light, so that paths need a hero among their wavelengths.
@@ -76,8 +86,12 @@ impl SpectralScene {
     pub fn at(&self, set: usize, hero: usize) -> &Scene {
         let hero = if self.disperses { hero } else { 0 };
         self.scenes[bands_of_set(set)[hero]].get_or_init(|| {
-            let Self { base, media, .. } = self;
-            let materials = base.materials.iter().map(|material| material.in_set(set, hero));
+            let Self { base, media, one_wavelength, .. } = self;
+            let materials = base.materials.iter().map(|material| {
+                let material = material.in_set(set, hero);
+                let only_channel = one_wavelength.then_some(hero).or(material.only_channel);
+                Material { only_channel, ..material }
+            });
             let media = base.media.iter().zip(media);
             Scene {
                 materials: materials.collect(),

@@ -70,8 +70,42 @@ fn each_effect_of_the_plan_is_left_out_once() {
     let names: Vec<&str> = ladder.rungs.iter().skip(5).map(|rung| rung.name.as_str()).collect();
     let expected =
         ["real f32 alone", "real f32 - fresnel", "real f32 - ghosts", "real f32"].into_iter();
-    let expected: Vec<&str> = expected.chain(["real f32 + dispersion", "real f64"]).collect();
+    let expected: Vec<&str> =
+        expected.chain(["real f32 + dispersion", "real f32 + spectra", "real f64"]).collect();
     assert_eq!(names, expected);
+}
+
+#[test]
+fn rgb_is_wrong_under_a_fluorescent_lamp_and_one_wavelength_is_noisy() {
+    let folder = folder();
+    let lens = root().join("lenses/dgauss.50mm.dat");
+    let scene = format!(
+        "Film \"rgb\" \"float diagonal\" 20 Integrator \"path\" \"integer maxdepth\" 3
+         Camera \"realistic\" \"string lensfile\" \"{}\" \"float focusdistance\" 3 WorldBegin
+         LightSource \"infinite\" \"spectrum L\" \"stdillum-F11\" Material \"diffuse\"
+         \"spectrum reflectance\" [400 0.04 580 0.05 600 0.3 620 0.7 700 0.8]
+         Shape \"bilinearmesh\" \"point3 P\" [-4 -4 3  4 -4 3  -4 4 3  4 4 3]",
+        lens.display()
+    );
+    let description = pbrt::read(&write(&folder, "scene.pbrt", &scene)).expect("a scene");
+    let effects = "+spectra,-fresnel,-ghosts,-dispersion".parse().expect("effects");
+    let changes = Changes { effects, ..small() };
+    let mut ladder = Ladder::new(&description, &changes, &RunMonitor::default()).expect("a ladder");
+    let found = run(&mut ladder, 256);
+    let last = |name: &str| {
+        let rung = ladder.rungs.iter().position(|rung| rung.name == name).expect("a rung");
+        found.last(rung).expect("a point").clone()
+    };
+    let [rgb, one, three] =
+        ["real f32 - spectra", "real f32, one wavelength", "real f32"].map(last);
+    println!("{:?} {:?} {:?}", rgb.bias, one.bias, three.bias);
+    println!("{:e} {:e} {:e}", rgb.noise, one.noise, three.noise);
+    assert!(rgb.bias.expect("a bias").size() > 0.01, "{:?}", rgb.bias);
+    assert!(!one.bias.expect("a bias").certain(), "{:?}", one.bias);
+    assert!(three.bias.expect("a bias").at_most() < 1e-3, "{:?}", three.bias);
+    assert!(one.noise > 1.5 * three.noise, "{} {}", one.noise, three.noise);
+    let film = &ladder.rungs.iter().find(|rung| rung.name == "real f32 - spectra");
+    println!("{film:?}");
 }
 
 /// File names of a report.

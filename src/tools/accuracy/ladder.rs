@@ -1,5 +1,7 @@
 //! The ladder of camera models that photograph one scene, from the crudest to the richest.
 
+use std::sync::Arc;
+
 use super::monitor::RunMonitor;
 use petzval_base::io::{FileLog, Warning};
 use petzval_base::lanes::f32x8;
@@ -7,16 +9,20 @@ use petzval_base::rays::NO_INDEX;
 use petzval_lens::{Camera, Fidelity, LensModel};
 use petzval_optics::{FilmError, film_error};
 use petzval_render::RenderError;
+use petzval_render::film::Response;
 use petzval_render::job::{Job, StopCriteria};
 use petzval_render::light_tracing::ghosts::Ghosts;
 use petzval_render::plan::{Effect, EffectSelection, Plan};
 use petzval_render::prepare::{Changes, PrepareError, Prepared, prepare};
-use petzval_scene::TraversalStack;
+use petzval_scene::{SpectralScene, TraversalStack};
 use petzval_scene_formats::pbrt::Description;
 
-/// Effects of glass, which cruder models lack and rungs leave out in turn. The other effects are
-/// independent of the lens model, and the same for all rungs.
+/// Effects of glass, which cruder models lack.
 const GLASS_EFFECTS: [Effect; 3] = [Effect::Dispersion, Effect::Fresnel, Effect::Ghosts];
+
+/// Effects that rungs leave out in turn.
+const COMPARED: [Effect; 4] =
+    [Effect::Dispersion, Effect::Fresnel, Effect::Ghosts, Effect::Spectra];
 
 /// Effects on the finished picture, which are the same for all rungs and left out of all.
 const PICTURE_EFFECTS: [Effect; 2] = [Effect::Diffraction, Effect::Sensor];
@@ -57,6 +63,9 @@ pub(super) struct JobVariant {
     camera: Camera,
     plan: Plan,
     ghosts: Option<Ghosts>,
+    /// The scene by wavelength, if paths carry spectra, and the response of the film to them.
+    spectral: Option<Arc<SpectralScene>>,
+    response: Response,
     /// Share of the light that is left by losses which count as exposure.
     light: f64,
 }
@@ -64,7 +73,9 @@ pub(super) struct JobVariant {
 impl JobVariant {
     fn of(job: &Job) -> Self {
         let (camera, plan) = (job.camera.clone(), job.plan.clone());
-        Self { light: light(&camera, &plan), camera, plan, ghosts: job.ghosts.clone() }
+        let (ghosts, spectral) = (job.ghosts.clone(), job.spectral.clone());
+        let response = job.response.clone();
+        Self { light: light(&camera, &plan), camera, plan, ghosts, spectral, response }
     }
 
     fn with_fidelity(&self, fidelity: Fidelity) -> Self {
@@ -76,6 +87,8 @@ impl JobVariant {
         std::mem::swap(&mut self.camera, &mut job.camera);
         std::mem::swap(&mut self.plan, &mut job.plan);
         std::mem::swap(&mut self.ghosts, &mut job.ghosts);
+        std::mem::swap(&mut self.spectral, &mut job.spectral);
+        std::mem::swap(&mut self.response, &mut job.response);
     }
 }
 
@@ -113,9 +126,10 @@ impl Ladder {
     /// 2. "real f32 alone": every surface, without effects of glass, if the plan has any.
     /// 3. "real f32 - effect": without one effect, if the plan has others too. Effects are left out
     ///    in turn, not added up, because leaving out one effect is the choice that a user has.
-    /// 4. "real f32": as a render does.
-    /// 5. "real f32 + effect": with an effect that the plan leaves out, to check that decision.
-    /// 6. "real f64".
+    /// 4. "real f32, one wavelength", if paths carry spectra: all but one end at the first surface.
+    /// 5. "real f32": as a render does.
+    /// 6. "real f32 + effect": with an effect that the plan leaves out, to check that decision.
+    /// 7. "real f64".
     ///
     /// # Errors
     /// Returns an error if the scene cannot be photographed as requested, if its camera has no lens
@@ -142,7 +156,8 @@ impl Ladder {
             });
         };
         let lens = lens.prescription.name.clone();
-        let variants = Variants { description, changes, plan: job.plan.clone(), monitor };
+        let (plan, spectral) = (job.plan.clone(), job.spectral.clone());
+        let variants = Variants { description, changes, plan, spectral, monitor };
         let (rungs, impossible) = variants.rungs(JobVariant::of(&job))?;
         let mut not_compared = not_compared(&job.plan);
         not_compared.extend(impossible.into_iter().map(|e| (e, "this scene cannot have it")));
@@ -162,12 +177,16 @@ impl Ladder {
     fn measure_film(&mut self) {
         let Self { job, rungs, .. } = self;
         let Some(best) = rungs.last().map(|rung| rung.variant.clone()) else { return };
+        let usual = job.camera.clone();
         let time = job.timing.as_ref().map_or(0.0, |timing| timing.first_row_middle() as f32);
         let mut stack = TraversalStack::default();
         for rung in rungs {
             let exposure = best.light / rung.variant.light;
             rung.exposure = exposure as f32;
-            rung.film = film_error(&rung.variant.camera, &best.camera, |ray| {
+            // Spectra change the bands of a lens, not its rays.
+            let same_spectra = rung.variant.spectral.is_some() == best.spectral.is_some();
+            let camera = if same_spectra { &rung.variant.camera } else { &usual };
+            rung.film = film_error(camera, &best.camera, |ray| {
                 let hit = job.scene.closest_at::<f32x8>(ray, time, &mut stack);
                 let length = ray.direction.iter().map(|v| v * v).sum::<f32>().sqrt();
                 if hit.shape == NO_INDEX { f64::INFINITY } else { f64::from(hit.t * length) }
@@ -201,7 +220,7 @@ impl Ladder {
 fn not_compared(plan: &Plan) -> Vec<(Effect, &'static str)> {
     Effect::ALL
         .into_iter()
-        .filter(|effect| !GLASS_EFFECTS.contains(effect))
+        .filter(|effect| !COMPARED.contains(effect))
         .map(|effect| match (PICTURE_EFFECTS.contains(&effect), plan.has(effect)) {
             (true, true) => (effect, "planned, but applied to the finished picture"),
             (true, false) => (effect, "applied to the finished picture"),
@@ -217,6 +236,8 @@ struct Variants<'a> {
     changes: &'a Changes,
     /// Plan of a plain render.
     plan: Plan,
+    /// Its scene by wavelength, which all rungs with spectra share.
+    spectral: Option<Arc<SpectralScene>>,
     monitor: &'a RunMonitor,
 }
 
@@ -225,10 +246,11 @@ impl Variants<'_> {
     /// scene cannot have.
     fn rungs(&self, full: JobVariant) -> Result<(Vec<Rung>, Vec<Effect>), PrepareError> {
         let [on, off]: [Vec<Effect>; 2] = [true, false]
-            .map(|on| GLASS_EFFECTS.into_iter().filter(|&e| self.plan.has(e) == on).collect());
-        let bare = match on.is_empty() {
-            true => full.clone(),
-            false => self.with(&GLASS_EFFECTS.map(|effect| (effect, false)))?,
+            .map(|on| COMPARED.into_iter().filter(|&e| self.plan.has(e) == on).collect());
+        let of_glass = on.iter().filter(|effect| GLASS_EFFECTS.contains(effect)).count();
+        let bare = match of_glass {
+            0 => full.clone(),
+            _ => self.with(&GLASS_EFFECTS.map(|effect| (effect, false)))?,
         };
         let crude = Fidelity::ALL.into_iter().filter(|fidelity| *fidelity < Fidelity::Single);
         let mut rungs: Vec<Rung> = crude
@@ -241,14 +263,20 @@ impl Variants<'_> {
             let sentence = format!("Every surface traced in f32, {effects}.");
             Rung::new(format!("{REAL}{suffix}"), sentence, Fidelity::Single, variant)
         };
-        if !on.is_empty() {
-            rungs.push(single(" alone", "without effects", bare));
+        if of_glass > 0 {
+            rungs.push(single(" alone", "without effects of glass", bare));
         }
-        if on.len() > 1 {
-            for &effect in &on {
+        for effect in on {
+            // The only effect of glass is left out above.
+            if of_glass > 1 || effect == Effect::Spectra {
                 let (name, variant) = (effect.name(), self.with(&[(effect, false)])?);
                 rungs.push(single(&format!(" - {name}"), &format!("without {name}"), variant));
             }
+        }
+        if let Some(scene) = &full.spectral {
+            let spectral = Some(Arc::new(scene.with_one_wavelength()));
+            let variant = JobVariant { spectral, ..full.clone() };
+            rungs.push(single(", one wavelength", "one wavelength a path", variant));
         }
         let double = full.with_fidelity(Fidelity::Double);
         rungs.push(single("", "as a render does", full));
@@ -280,7 +308,11 @@ impl Variants<'_> {
         };
         let effects = EffectSelection::Overrides(Effect::ALL.map(one).to_vec());
         let changes = Changes { effects, ..self.changes.clone() };
-        Ok(JobVariant::of(&prepare(self.description.clone(), &changes)?.job))
+        let mut variant = JobVariant::of(&prepare(self.description.clone(), &changes)?.job);
+        if let (Some(own), Some(shared)) = (&mut variant.spectral, &self.spectral) {
+            own.clone_from(shared);
+        }
+        Ok(variant)
     }
 }
 
