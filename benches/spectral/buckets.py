@@ -24,7 +24,6 @@ NAMES = [
     "red pigment, 2700 K",
     "red pigment, lamp F2",
     "green pigment, lamp F11",
-    "orange corner, 6 bounces, daylight",
     "ball of glass F11 before orange",
 ]
 
