@@ -186,6 +186,29 @@ fn the_two_pictures_share_their_samples() {
     }
 }
 
+/// Colours are no fault of a lens: a lamp that needs spectra has them in both pictures. The buckets of a film
+/// are left out.
+#[test]
+fn the_two_pictures_share_their_colours() {
+    let folder = folder();
+    let path = scene(&folder, "");
+    let lit = fs::read_to_string(&path).expect("a scene").replace(
+        "\"rgb L\" [ 0.2 0.2 0.2 ]",
+        "\"spectrum L\" \"stdillum-F11\"\nMaterial \"diffuse\" \"rgb reflectance\" [0.7 0.2 0.1]",
+    );
+    let filmed = lit.replace("Film \"rgb\"", "Film \"spectral\"");
+    fs::write(&path, filmed).expect("a file");
+    let spec = "pairs = 1\nresolution = [40, 30]\nspp = 64\n[draw]\nscene = \"scene.pbrt\"\n\
+                [clean]\ncamera = \"lens\"\n";
+    let (code, _, log) = run(folder.path(), spec, &[]);
+    assert_eq!(code, 0, "{log}");
+    let row = &rows(folder.path())[0];
+    for kind in ["clean", "degraded"] {
+        let effects = row[kind]["effects"].as_array().expect("a list");
+        assert!(effects.contains(&"spectra".into()), "{kind}: {row}");
+    }
+}
+
 #[test]
 fn exposure_scales_ghosts_and_light_paths_too() {
     let folder = folder();

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::{Frame, Tile};
 use petzval_base::rays::{SampleBatch, WAVE_SIZE};
-use petzval_base::sampler::{Dimension, fill_2d, pixel_key, sample_2d};
+use petzval_base::sampler::{Dimension, fill_2d, pixel_key};
 use petzval_lens::FilmMap;
 use petzval_scene::filter::PixelFilter;
 use petzval_spectrum::{WAVELENGTH_SETS, WAVELENGTHS, hero_band, wavelength_set};
@@ -145,6 +145,25 @@ impl TileSampler {
         Some((pixel, run))
     }
 
+    /// Queues samples of a pixel by their kind of waves.
+    fn queue(&mut self, pixel: usize, key: u32, samples: Range<u32>) {
+        // So many that their numbers are calculated in vectors.
+        const AT_ONCE: usize = 64;
+        let (keys, mut numbers) = ([key; AT_ONCE], [0; AT_ONCE]);
+        let [mut u, mut v] = [[0.0; AT_ONCE]; 2];
+        for first in samples.clone().step_by(AT_ONCE) {
+            let len = AT_ONCE.min((samples.end - first) as usize);
+            for (number, sample) in numbers[..len].iter_mut().zip(first..) {
+                *number = sample;
+            }
+            fill_2d(&keys[..len], &numbers[..len], Dimension::Wavelength, &mut u, &mut v);
+            for i in 0..len {
+                let kind = self.split.kind([u[i], v[i]]);
+                self.band_queues[kind].push((pixel as u32, numbers[i]));
+            }
+        }
+    }
+
     /// Queues samples until a band has a whole wave, or none is left, and returns a band with
     /// samples. If paths carry spectra, all samples are queued, and those of a group follow each other.
     fn fill_band_queue(&mut self, seed: u32) -> Option<usize> {
@@ -161,12 +180,7 @@ impl TileSampler {
                 return kinds.min_by_key(|&kind| self.split.group(kind));
             };
             let [x, y] = self.pixels[pixel].1;
-            let key = pixel_key(x, y, seed);
-            for sample in run {
-                let numbers = sample_2d(key, sample, Dimension::Wavelength);
-                let kind = self.split.kind(numbers);
-                self.band_queues[kind].push((pixel as u32, sample));
-            }
+            self.queue(pixel, pixel_key(x, y, seed), run);
         }
     }
 }

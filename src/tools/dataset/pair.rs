@@ -48,7 +48,11 @@ impl DatasetScene {
     ) -> Result<Self, DatasetError> {
         let description = petzval_scene_formats::read_with(path, context)?;
         // On the same film the same rays measure the exposure.
-        let changes = Changes { resolution: Some(spec.resolution), ..Changes::default() };
+        let changes = Changes {
+            resolution: Some(spec.resolution),
+            buckets: Some(None),
+            ..Changes::default()
+        };
         let own = prepare_draft(description.clone(), &changes, None)
             .map_err(|source| DatasetError::OwnCamera {
                 scene: path.to_owned(),
@@ -109,6 +113,8 @@ pub fn prepare_pair(
         f_number: draw.f_number,
         viewpoint: draw.viewpoint(&description.world_from_camera),
         layers: spec.layers.clone(),
+        // Pairs are RGB, as the film of the scene may not be.
+        buckets: Some(None),
         ..Changes::default()
     };
     let mut degraded_changes = Changes {
@@ -129,10 +135,12 @@ pub fn prepare_pair(
         return Err(DatasetError::NoLens { pair, scene: draw.scene });
     }
     degraded.sensor = None;
-    let has_media = degraded.plan.has(Effect::Media);
-    let without_effects = || {
-        EffectSelection::Overrides(Effect::ALL.map(|e| (e, e == Effect::Media && has_media)).into())
+    // Media and colours are the scene's; all other effects are the camera's.
+    let of_scene = |effect: Effect| {
+        matches!(effect, Effect::Media | Effect::Spectra) && degraded.plan.has(effect)
     };
+    let without_effects =
+        || EffectSelection::Overrides(Effect::ALL.map(|e| (e, of_scene(e))).into());
     let mut clean_changes =
         Changes { effects: spec.clean.effects.clone().unwrap_or_else(without_effects), ..changes };
     if spec.clean.camera == CleanCamera::Deep {
