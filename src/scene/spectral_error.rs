@@ -1,12 +1,16 @@
 //! Error of RGB in place of spectra: the colours of surfaces under the lights of a scene.
 
 use std::collections::HashSet;
+use std::f32::consts::LN_2;
 
-use petzval_spectrum::{BandSpectrum, ciede2000, fresnel, lab_from_srgb, uplift_reflectance};
+use petzval_spectrum::{
+    BandSpectrum, Colour, ciede2000, fresnel, lab_from_srgb, uplift_reflectance,
+};
 
 use super::light::{Light, luminance};
 use super::material::{Material, MaterialModel, Metal};
 use super::material_colours::Quantity;
+use super::medium::MediumColours;
 use super::texture::{Texture, TexturePoint};
 use super::{Scene, Sky};
 
@@ -52,27 +56,22 @@ impl Scene {
         self.materials.iter().any(body)
     }
 
-    /// Returns the largest errors of one reflection, over at most 48 lights and 48 colours. The image of a
-    /// sky counts by its mean, images of other lights as white.
+    /// Returns the largest errors of one reflection, over at most 48 lights and 48 colours, and of as many media
+    /// that are given by wavelength. The image of a sky counts by its mean, images of other lights as white.
     pub fn rgb_errors(&self) -> RgbErrors {
         // Under daylight, RGB is right by definition.
         let lights = self.lights.all.iter().filter(|light| !light.is_daylight());
         let lights: Vec<Seen> = lights.take(MOST).filter_map(Light::seen).collect();
         let mut worst = RgbErrors::default();
-        if lights.is_empty() {
-            return worst;
-        }
-        for surface in self.surface_colours() {
-            for light in &lights {
-                let of_kind = match light.is_stated || surface.is_stated {
-                    true => &mut worst.stated,
-                    false => &mut worst.guessed,
-                };
-                let error = RgbError::of(light, &surface);
-                if error.difference > of_kind.difference {
-                    *of_kind = error;
-                }
+        if !lights.is_empty() {
+            for surface in self.surface_colours() {
+                lights.iter().for_each(|light| worst.add(light, &surface));
             }
+        }
+        // What a medium lets through is wrong in daylight too.
+        let media = self.media.iter().filter_map(|medium| medium.colours.as_ref()?.seen());
+        for medium in media.take(MOST) {
+            lights.iter().chain(&[Seen::daylight()]).for_each(|light| worst.add(light, &medium));
         }
         worst
     }
@@ -94,6 +93,50 @@ impl Scene {
             });
         }
         colours.all
+    }
+}
+
+impl Seen {
+    fn daylight() -> Self {
+        let spectrum = BandSpectrum::from_bands(|_| 1.0);
+        Self { rgb: [1.0; 3], spectrum, is_stated: false }
+    }
+}
+
+impl RgbErrors {
+    /// Adds the error of a surface under a light.
+    fn add(&mut self, light: &Seen, surface: &Seen) {
+        let of_kind = match light.is_stated || surface.is_stated {
+            true => &mut self.stated,
+            false => &mut self.guessed,
+        };
+        let error = RgbError::of(light, surface);
+        if error.difference > of_kind.difference {
+            *of_kind = error;
+        }
+    }
+}
+
+impl MediumColours {
+    /// Returns the colour of a medium: the albedo if it scatters, or else what passes it where half of the
+    /// light is left; `None` if it is clear.
+    fn seen(&self) -> Option<Seen> {
+        let Self { absorption, scattering, .. } = self;
+        let mean = |colour: &Colour| colour.rgb.iter().sum::<f32>() / 3.0;
+        let scatters = mean(scattering) > 0.0;
+        let depth = LN_2 / mean(absorption);
+        if !(depth > 0.0 && depth.is_finite()) {
+            return None;
+        }
+        let value = |absorbed: f32, scattered: f32| match scatters {
+            true if scattered > 0.0 => scattered / (absorbed + scattered),
+            true => 0.0,
+            false => (-absorbed * depth).exp(),
+        };
+        let rgb = [0, 1, 2].map(|c| f64::from(value(absorption.rgb[c], scattering.rgb[c])));
+        let [absorbed, scattered] = [absorption, scattering].map(Colour::unbounded_spectrum);
+        let of_band = |band: usize| value(absorbed.values()[band], scattered.values()[band]);
+        Some(Seen { rgb, spectrum: BandSpectrum::from_bands(of_band), is_stated: true })
     }
 }
 
@@ -206,9 +249,10 @@ impl Light {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::medium::{Homogeneous, Medium, MediumModel};
     use crate::{IntensityDistribution, PointLight, SceneBuilder};
     use glam::{Mat3, Vec3};
-    use petzval_spectrum::{Colour, Spectrum, colour_matching, named_spectrum, srgb_from_xyz};
+    use petzval_spectrum::{Spectrum, colour_matching, named_spectrum, srgb_from_xyz};
 
     /// Returns the error of a surface of a pigment under a lamp.
     fn error(lamp: &Spectrum, pigment: &Spectrum) -> RgbError {
@@ -253,6 +297,40 @@ mod tests {
         assert!(expected > 20.0 && found.difference > 5.0, "{found:?}");
         let day = error(&named("stdillum-D65"), &red);
         assert!(day.difference < 0.01, "{day:?}");
+    }
+
+    #[test]
+    fn a_dye_needs_spectra_even_in_daylight_and_grey_glass_does_not() {
+        let error = |samples: Vec<[f64; 2]>| {
+            let dye = Spectrum::samples(samples).expect("in order");
+            let mut builder = SceneBuilder::default();
+            let of = dye.clone();
+            let absorption =
+                Colour::new(dye.reflectance(), move || BandSpectrum::of(|nm| of.at(nm)));
+            let colours = MediumColours::dark(absorption, [0.0; 3].into());
+            let model = MediumModel::Homogeneous(Homogeneous::of(&colours));
+            let medium = builder.add_medium(Medium::new(model, 0.0, colours.if_spectral()));
+            builder.set_camera_medium(medium);
+            builder.build().expect("a small scene").rgb_errors().stated
+        };
+        // Light of 500 nm is absorbed 20 times as much as light of 600 nm.
+        let dye = [[400.0, 1.0], [500.0, 20.0], [550.0, 10.0], [600.0, 1.0], [700.0, 1.0]];
+        let found = error(dye.to_vec());
+        let of_light = |absorbed: f64, depth: f64| (-absorbed * depth).exp();
+        let dye = Spectrum::samples(dye.to_vec()).expect("in order");
+        let rgb = dye.reflectance().map(f64::from);
+        let depth = std::f64::consts::LN_2 * 3.0 / rgb.iter().sum::<f64>();
+        let daylight = named_spectrum("stdillum-D65").expect("a known spectrum");
+        let white = integral(|nm| daylight.at(nm));
+        let exact = integral(|nm| daylight.at(nm) * of_light(dye.at(nm), depth));
+        let exact = [0, 1, 2].map(|c| exact[c] / white[c]);
+        let brightest = exact.iter().fold(0.0f64, |a, &b| a.max(b));
+        let off = |c: usize| 100.0 * (of_light(rgb[c], depth) - exact[c]).abs() / brightest;
+        let expected = (0..3).map(off).fold(0.0, f64::max);
+        assert!(expected > 5.0 && found.difference > 1.0, "{found:?}, {expected} %");
+        assert!((found.percent - expected).abs() < 0.5, "{found:?}, not {expected} %");
+        let grey = error(vec![[360.0, 3.0], [830.0, 3.0]]);
+        assert!(grey.difference < 0.01, "{grey:?}");
     }
 
     /// A blue lamp before a green wall, both of which may be anything of that colour.

@@ -29,7 +29,7 @@ pub(super) fn find(input: &PlanInput) -> Finding {
         || errors.is_some_and(|errors| is_visible(errors.stated));
     let largest = errors.map(|RgbErrors { stated, guessed }| {
         match is_visible(stated) || stated.difference >= guessed.difference {
-            true => (stated, "where it errs most, over all lights and surfaces"),
+            true => (stated, "where it errs most, over all lights, surfaces and media"),
             false => (guessed, "if colours given as RGB have smooth spectra"),
         }
     });
