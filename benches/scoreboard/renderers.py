@@ -62,7 +62,7 @@ class Renderer:
 class Petzval(Renderer):
     """petzval, through the lens's prescription."""
 
-    name, suffix = "petzval", ".exr"
+    name, suffix, effects = "petzval", ".exr", "none"
 
     def __init__(self, program):
         self.program = program
@@ -77,10 +77,20 @@ class Petzval(Renderer):
 
     def command(self, job):
         return [
-            self.program, "render", str(self.file(job.scene)), "--effects", "none",
+            self.program, "render", str(self.file(job.scene)), "--effects", self.effects,
             "--checkpoint", "off", *self.options(), "--spp", str(job.spp), "--seed", str(job.seed),
             "--threads", str(job.threads), "-o", f"{job.out}{self.suffix}",
         ]  # fmt: skip
+
+
+class PetzvalSpectra(Petzval):
+    """petzval by wavelength, as pbrt renders, without any other effect."""
+
+    name, compared_with = "petzval, spectra", "petzval"
+    effects = "+spectra" + "".join(
+        f",-{effect}" for effect in ("dispersion", "ghosts", "fresnel", "iris", "diffraction", "motion",
+                                     "rolling_shutter", "sensor", "tilt_shift", "media")
+    )  # fmt: skip
 
 
 class PetzvalThin(Petzval):
@@ -186,6 +196,7 @@ def find(options):
     """Returns the renderers of this machine, and why each of the others is missing."""
     makers = [
         (Petzval, petzval_program(options.petzval)),
+        (PetzvalSpectra, petzval_program(options.petzval)),
         (PetzvalThin, petzval_program(options.petzval)),
         (Pbrt, options.pbrt),
         (Mitsuba, options.mitsuba),

@@ -28,7 +28,7 @@ from measure import Failed, Noise, Series, compare, run  # noqa: E402
 from renderers import Job, find  # noqa: E402
 
 # Largest difference of means beyond the statistical error. README.md says where it comes from.
-TOLERANCES = {"pbrt-v4": 0.015, "Mitsuba 3": 0.02, "Cycles": 0.04}
+TOLERANCES = {"petzval, spectra": 0.015, "pbrt-v4": 0.015, "Mitsuba 3": 0.02, "Cycles": 0.04}
 PEERS = ["petzval", "pbrt-v4", "mitsuba", "cycles"]
 
 
