@@ -295,7 +295,7 @@ fn an_opacity_is_written_to_exr_and_png_and_refused_elsewhere() {
     let file = std::io::BufReader::new(std::fs::File::open(&png).unwrap());
     let colour = png::Decoder::new(file).read_info().unwrap().info().color_type;
     assert_eq!(colour, png::ColorType::Rgba);
-    refuses(&small(&jpeg, &["--aov", "alpha"]), "only EXR holds layers, and PNG the layer alpha");
+    refuses(&small(&jpeg, &["--aov", "alpha"]), "only EXR holds layers, PNG the layer alpha");
     refuses(&small(&png, &["--aov", "alpha,depth"]), "only EXR holds layers");
 }
 

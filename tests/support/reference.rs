@@ -105,3 +105,23 @@ fn hash(bytes: &[u8]) -> u64 {
         (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3)
     })
 }
+
+/// Returns the fields of a structure that differ from those of another, as text. Rows of a subject that
+/// names these alone stay when the structure gets a field.
+pub fn changed_fields<T: Debug>(value: &T, default: &T) -> String {
+    let fields = |value: &T| -> Vec<String> {
+        let text = format!("{value:#?}");
+        // A field starts with four spaces; its own lines have more, or close a bracket.
+        let starts =
+            |line: &str| line.starts_with("    ") && line[4..].starts_with(char::is_alphabetic);
+        text.lines().fold(Vec::new(), |mut fields: Vec<String>, line| {
+            match fields.last_mut() {
+                Some(field) if !starts(line) => *field += line.trim_start(),
+                _ => fields.push(line.trim_start().to_owned()),
+            }
+            fields
+        })
+    };
+    let usual = fields(default);
+    fields(value).into_iter().filter(|field| !usual.contains(field)).collect()
+}
