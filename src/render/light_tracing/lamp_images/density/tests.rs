@@ -96,9 +96,12 @@ fn weights_of_camera_path_and_light_path_add_up_to_one() {
 
 #[test]
 fn weights_add_up_to_one_for_every_hero() {
-    let job = night("+iris,+fresnel,+dispersion,-ghosts,-diffraction");
-    assert_eq!(job.camera.bands(), 32);
-    check_weights(&job);
+    for (spectra, bands) in [("-", 32), ("+", 192)] {
+        let effects = format!("{spectra}spectra,+iris,+fresnel,+dispersion,-ghosts,-diffraction");
+        let job = night(&effects);
+        assert_eq!(job.camera.bands(), bands);
+        check_weights(&job);
+    }
 }
 
 #[test]
