@@ -278,7 +278,8 @@ fn shards_add_up() {
 #[test]
 fn stopped_renders_go_on_to_the_same_bits() {
     let workspace = Workspace::new();
-    for criterion in ["--spp 300", "--noise 0.03"] {
+    // Long enough to be stopped on a fast machine: a second or more.
+    for criterion in ["--spp 8000", "--noise 0.004"] {
         let render = format!(
             "render scene.pbrt -o a.exr --resolution 40x24 --buckets 6@400..700 {criterion} \
              --light-paths off --effects -ghosts,-diffraction"
