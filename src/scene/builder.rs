@@ -9,9 +9,8 @@ use super::spectral::in_rgb;
 use super::tangents::drop_unused_tangents;
 use super::world::{build_object, build_world};
 use super::{
-    AnimatedInstance, AreaLight, Bvh, CurveSet, DiffuseBoundary, Emission, Geometry, Instance,
-    InstancePose, Light, Lights, Material, MaterialModel, Medium, MediumInterface, Scene, Shape,
-    Sky, Texture, VACUUM,
+    AnimatedInstance, AreaLight, Bvh, CurveSet, Emission, Geometry, Instance, InstancePose, Light,
+    Lights, Material, MaterialModel, Medium, MediumInterface, Scene, Shape, Sky, Texture, VACUUM,
 };
 use crate::motion::Motion;
 use petzval_base::rays::NO_INDEX;
@@ -230,11 +229,7 @@ impl SceneBuilder {
         let is_interface = |m: &Material| matches!(m.model, MaterialModel::Interface);
         if light != NO_INDEX && is_interface(&self.materials[material as usize]) {
             // A pane without refraction transmits all.
-            let model = MaterialModel::ThinDielectric {
-                eta: [1.0; 3],
-                dispersion: None,
-                tint: Texture::Constant([1.0; 3]),
-            };
+            let model = MaterialModel::thin_sheet(1.0, Texture::Constant([1.0; 3]));
             self.shapes[shape as usize].material = self.add_material(Material::new(model));
         }
     }
@@ -319,14 +314,7 @@ impl SceneBuilder {
                 continue;
             }
             let inside = self.media.len() as u32;
-            let boundary = Some(DiffuseBoundary::new(interior.eta));
-            let medium = Medium {
-                boundary,
-                boundary_dispersion: interior.dispersion.clone(),
-                colours: interior.colours.clone(),
-                ..Medium::homogeneous(interior.medium, interior.g)
-            };
-            self.media.push(medium);
+            self.media.push(Medium::below(interior));
             for shape in self.shapes.iter_mut().filter(|shape| shape.material == material) {
                 let outside = shape.interface.map_or(VACUUM, |sides| sides.outside);
                 shape.interface = Some(MediumInterface { inside, outside });

@@ -13,6 +13,7 @@ mod alpha;
 mod animated;
 mod builder;
 mod bvh;
+mod dispersion;
 pub mod geometry;
 mod hair;
 mod intersect;
@@ -33,6 +34,7 @@ mod world;
 pub use animated::AnimatedInstance;
 pub use builder::{SceneBuilder, SceneTooLarge, ShapeSpec};
 pub use bvh::{Bvh, TraversalStack};
+pub use dispersion::Dispersion;
 pub use geometry::{
     CubicPoints, CurveCrossing, CurveKind, CurvePiece, CurveRay, CurveSegment, CurveSet, Geometry,
     Mesh, PatchMesh, PieceBounds, Quadric, QuadricForm, RayPoint, Sphere, SubdivisionError,
@@ -46,7 +48,7 @@ pub use light::{
     Sky, SkyImage, SkyLayout, SkySampling, cosine_hemisphere, luminance, uplifted,
 };
 pub use material::{
-    DielectricCoat, Dispersion, Material, MaterialModel, Metal, MetallicRoughnessSurface, Roughness,
+    DielectricCoat, Material, MaterialModel, Metal, MetallicRoughnessSurface, Roughness,
 };
 pub use measured::{MeasuredSample, MeasuredSurface};
 pub use medium::{

@@ -5,11 +5,11 @@
 
 use std::sync::Arc;
 
+use super::Dispersion;
 use super::hair::HairFibre;
 use super::measured::MeasuredSurface;
 use super::medium::Subsurface;
 use super::texture::{ImageMap, Texture};
-use petzval_spectrum::BandSpectrum;
 
 /// Scattering model of a surface, and changes of its shading normal.
 #[derive(Clone, Debug)]
@@ -26,9 +26,6 @@ pub struct Material {
     /// Matrix of the colours of a measured surface, if paths carry other channels than RGB.
     pub measured_uplift: Option<[[f32; 3]; 3]>,
 }
-
-/// Refractive index by wavelength; `None` if it is constant.
-pub type Dispersion = Option<Arc<BandSpectrum>>;
 
 /// Scattering models, named and defined as in pbrt-v4 unless they say otherwise.
 #[derive(Clone, Debug)]
@@ -270,41 +267,6 @@ impl MaterialModel {
     /// Returns the number of textures in all expressions of the model.
     pub(super) fn texture_nodes(&self) -> usize {
         self.textures().into_iter().map(Texture::node_count).sum()
-    }
-
-    /// Returns whether the surface refracts each wavelength into another direction, so that one of those of a
-    /// path goes on.
-    pub(super) fn needs_hero(&self) -> bool {
-        match self {
-            Self::Dielectric { dispersion, .. } => dispersion.is_some(),
-            Self::Subsurface { interior, .. } => interior.dispersion.is_some(),
-            Self::CoatedDiffuse { coat, .. } | Self::CoatedConductor { coat, .. } => {
-                coat.dispersion.is_some()
-            }
-            _ => false,
-        }
-    }
-
-    /// Replaces a refractive index that depends on the wavelength by those of a set. Returns whether light
-    /// goes on in the direction of the wavelength `hero` alone.
-    pub(super) fn fix_index(&mut self, set: usize, hero: usize) -> bool {
-        let (eta, dispersion) = match self {
-            Self::ThinDielectric { eta, dispersion, .. } => {
-                if let Some(spectrum) = dispersion.take() {
-                    *eta = spectrum.in_set(set);
-                }
-                return false;
-            }
-            Self::Dielectric { eta, dispersion, .. } => (eta, dispersion),
-            Self::Subsurface { interior, .. } => (&mut interior.eta, &mut interior.dispersion),
-            Self::CoatedDiffuse { coat, .. } | Self::CoatedConductor { coat, .. } => {
-                (&mut coat.eta, &mut coat.dispersion)
-            }
-            _ => return false,
-        };
-        let Some(spectrum) = dispersion.take() else { return false };
-        *eta = spectrum.in_set(set)[hero];
-        true
     }
 
     /// Returns all textures of the model.

@@ -78,6 +78,16 @@ impl Medium {
         Self { g, model, boundary: None, boundary_dispersion: None, colours }
     }
 
+    /// The medium below a surface.
+    pub fn below(interior: &Subsurface) -> Self {
+        Self {
+            boundary: Some(DiffuseBoundary::new(interior.eta)),
+            boundary_dispersion: interior.dispersion.clone(),
+            colours: interior.colours.clone(),
+            ..Self::homogeneous(interior.medium, interior.g)
+        }
+    }
+
     /// A homogeneous medium that is not below a surface.
     pub fn homogeneous(medium: Homogeneous, g: f32) -> Self {
         Self::new(MediumModel::Homogeneous(medium), g, None)

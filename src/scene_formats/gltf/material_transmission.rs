@@ -27,7 +27,7 @@ impl MaterialReader<'_> {
             let message = "a rough sheet without thickness is clear: give it KHR_materials_volume";
             self.document.warn(&self.element, message);
         }
-        MaterialModel::ThinDielectric { eta: [eta; 3], dispersion: None, tint: tint.clone() }
+        MaterialModel::thin_sheet(eta, tint.clone())
     }
 
     /// Returns the extension volume if it gives a thickness.

@@ -1,25 +1,16 @@
 //! The film's parameter "sensor": the name of a measured camera, or a file of its responses.
 
+use super::SceneError;
 use super::params::Params;
-use super::{SceneError, resolve};
-use petzval_base::io::{ReadError, hint, path_excerpt};
-use petzval_spectrum::{CameraSensor, VISIBLE};
+use super::sample_files::{Fault, SampleFile, check_visible};
+use petzval_base::io::{ReadError, hint};
+use petzval_spectrum::CameraSensor;
 
 /// pbrt-v4's name of the sensor that sees X, Y and Z.
 const IDEAL_SENSOR: &str = "cie1931";
 
-/// Limit of the size of a table (bytes).
-const MAX_FILE_SIZE: usize = 1 << 24;
-
 const EXPECTED_ROWS: &str = "expected at least two rows of a wavelength [nm], in ascending order, and the \
     responses of red, green and blue, 0 or more";
-
-/// A fault in a table: its line and column, from 1, and what was found.
-struct Fault {
-    line: usize,
-    column: usize,
-    found: String,
-}
 
 /// A row of a table: the wavelength (nm) and three responses.
 type Row = [f64; 4];
@@ -38,83 +29,53 @@ impl Params {
 
     /// Reads a camera from a file beside the scene.
     fn camera_of_file(&self, name: &str) -> Result<CameraSensor, SceneError> {
-        let path = resolve(&self.folder, name);
-        let bytes =
-            self.context.bytes(&path).map_err(|source| self.unknown_camera(name, &source))?;
-        if bytes.len() > MAX_FILE_SIZE {
-            let found = format!("the table {} is too long", path_excerpt(&path));
-            return Err(self.refuse("sensor", found, "expected at most 16 MiB"));
-        }
-        camera(&String::from_utf8_lossy(&bytes)).map_err(|Fault { line, column, found }| {
-            let found = format!("{}:{line}:{column}: {found}", path_excerpt(&path));
-            self.refuse("sensor", found, EXPECTED_ROWS)
-        })
-    }
-
-    /// Returns the error of a name that is neither that of a camera nor of a readable file.
-    fn unknown_camera(&self, name: &str, source: &ReadError) -> SceneError {
-        let names: Vec<&str> = [IDEAL_SENSOR].into_iter().chain(CameraSensor::names()).collect();
-        let found =
-            format!("unknown sensor \"{name}\"{}; {source}", hint(name, names.iter().copied()));
-        let expected = format!(
-            "expected one of {}, or a file of wavelengths [nm] and responses of red, green and blue",
-            names.join(", ")
-        );
-        self.refuse("sensor", found, expected)
+        let unknown = |source: ReadError| {
+            let names: Vec<&str> =
+                [IDEAL_SENSOR].into_iter().chain(CameraSensor::names()).collect();
+            let hint = hint(name, names.iter().copied());
+            let expected = format!(
+                "expected one of {}, or a file of wavelengths [nm] and responses of red, green and blue",
+                names.join(", ")
+            );
+            (format!("unknown sensor \"{name}\"{hint}; {source}"), expected)
+        };
+        let file = SampleFile::read(self, self.location("sensor"), name, unknown)?;
+        camera(&file).map_err(|fault| file.refuse(fault, EXPECTED_ROWS))
     }
 }
 
-/// Returns the camera of a text.
-fn camera(text: &str) -> Result<CameraSensor, Fault> {
-    let rows = rows(text)?;
-    let end = |found| Fault { line: text.lines().count().max(1), column: 1, found };
+/// Returns the camera of a file.
+fn camera(file: &SampleFile) -> Result<CameraSensor, Fault> {
+    let rows = rows(file)?;
     let [[first, ..], .., [last, ..]] = &rows[..] else {
-        return Err(end(format!("{} rows", rows.len())));
+        return Err(file.fault_at_end(format!("{} rows", rows.len())));
     };
-    let [low, high] = VISIBLE.map(f64::from);
-    if *first >= high || *last <= low {
-        let found = format!("wavelengths from {first} to {last} nm, none of them visible");
-        return Err(end(match *last < 10.0 {
-            true => format!("{found}; micrometres are 1000 nm"),
-            false => found,
-        }));
-    }
-    CameraSensor::from_table(&rows).map_err(|fault| end(fault.to_string()))
+    check_visible(*first, *last).map_err(|found| file.fault_at_end(found))?;
+    CameraSensor::from_table(&rows).map_err(|fault| file.fault_at_end(fault.to_string()))
 }
 
-/// Returns the rows of a text.
-fn rows(text: &str) -> Result<Vec<Row>, Fault> {
+/// Returns the rows of a file.
+fn rows(file: &SampleFile) -> Result<Vec<Row>, Fault> {
     let mut rows: Vec<Row> = Vec::new();
-    for (i, whole) in text.lines().enumerate() {
-        let data = whole.split('#').next().unwrap_or_default().trim_start_matches('\u{feff}');
-        let words: Vec<&str> = data
-            .split(|c: char| c.is_whitespace() || c == ',' || c == ';')
-            .filter(|word| !word.is_empty())
-            .collect();
-        let number = |word: &str| word.parse().ok().filter(|number: &f64| number.is_finite());
+    for words in file.lines() {
         // Lines before the first row may name the columns.
-        if words.is_empty() || rows.is_empty() && number(words[0]).is_none() {
+        let Some(first) = words.first() else { continue };
+        if rows.is_empty() && first.number().is_err() {
             continue;
         }
-        let fault = |word: &str, found: String| {
-            // A word is a part of its line.
-            let bytes = word.as_ptr() as usize - whole.as_ptr() as usize;
-            Fault { line: i + 1, column: whole[..bytes].chars().count() + 1, found }
-        };
         let mut row = Row::default();
         if words.len() != row.len() {
-            return Err(fault(words[0], format!("{} columns", words.len())));
+            return Err(first.fault(format!("{} columns", words.len())));
         }
         for (to, word) in row.iter_mut().zip(&words) {
-            *to = number(word).ok_or_else(|| fault(word, format!("found {word:?}")))?;
+            *to = word.number()?;
         }
         if let Some(column) = (1..row.len()).find(|&column| row[column] < 0.0) {
             let found = format!("the response {} at {} nm, below 0", row[column], row[0]);
-            return Err(fault(words[column], found));
+            return Err(words[column].fault(found));
         }
         if let Some(before) = rows.last().filter(|before| row[0] <= before[0]) {
-            let found = format!("the wavelength {} nm after {} nm", row[0], before[0]);
-            return Err(fault(words[0], found));
+            return Err(first.fault(format!("the wavelength {} nm after {} nm", row[0], before[0])));
         }
         rows.push(row);
     }
@@ -130,7 +91,7 @@ mod tests {
         600, 1, 0.3, 0\n";
 
     fn fault(text: &str) -> String {
-        let Err(Fault { line, column, found }) = camera(text) else {
+        let Err(Fault { line, column, found }) = camera(&SampleFile::of(text)) else {
             panic!("{text:?} is a camera")
         };
         format!("{line}:{column}: {found}")
@@ -138,10 +99,14 @@ mod tests {
 
     #[test]
     fn a_table_has_headers_comments_and_any_separator() {
-        let expected = camera(TABLE).ok().expect("a camera");
+        let expected = camera(&SampleFile::of(TABLE)).ok().expect("a camera");
         for separator in ["\t", " ", ";", " ,  "] {
             let text = TABLE.replace(", ", separator).replace('\n', "\r\n");
-            assert_eq!(camera(&text).ok(), Some(expected.clone()), "{separator:?}");
+            assert_eq!(
+                camera(&SampleFile::of(&text)).ok(),
+                Some(expected.clone()),
+                "{separator:?}"
+            );
         }
     }
 
@@ -182,7 +147,7 @@ mod tests {
         let sensor = |name: &str| params(name).camera_sensor().map_err(|error| error.to_string());
         assert_eq!(sensor("cie1931"), Ok(None));
         assert_eq!(sensor("nikon_d850"), Ok(CameraSensor::from_name("nikon_d850")));
-        assert_eq!(sensor("own.csv"), Ok(camera(TABLE).ok()));
+        assert_eq!(sensor("own.csv"), Ok(camera(&SampleFile::of(TABLE)).ok()));
         let own = params("own.csv");
         own.camera_sensor().unwrap();
         assert_eq!(own.context.files().iter().count(), 1, "the table is one of the inputs");

@@ -1,11 +1,12 @@
 //! Colours and spectra of parameters, and the ColorSpace directive.
 
+use super::SceneError;
 use super::params::{Param, Params, Values};
-use super::{SceneError, resolve};
-use petzval_base::io::{hint, path_excerpt};
+use super::sample_files::{SampleFile, check_visible};
+use petzval_base::io::{ReadError, hint};
 use petzval_spectrum::{
-    BandSpectrum, Colour, ColourSpace, Spectrum, VISIBLE, blackbody, named_spectrum,
-    spectrum_names, srgb_from_xyz,
+    BandSpectrum, Colour, ColourSpace, Spectrum, blackbody, named_spectrum, spectrum_names,
+    srgb_from_xyz,
 };
 
 /// The physical role of a colour, which decides how a spectrum becomes RGB (pbrt-v4's
@@ -35,9 +36,6 @@ impl ColourRole {
 
 /// The types of parameters that are colours.
 const KINDS: [&str; 5] = ["rgb", "xyz", "spectrum", "blackbody", "float"];
-
-/// Limit of the size of a spectrum file (bytes).
-const MAX_FILE_SIZE: usize = 1 << 24;
 
 impl Params {
     /// Returns the linear sRGB of a colour, if it is given; 0 or more.
@@ -153,38 +151,21 @@ impl Params {
         if let Some(spectrum) = named_spectrum(word) {
             return Ok(spectrum);
         }
-        let path = resolve(&self.folder, word);
-        let text = match self.context.bytes(&path) {
-            Ok(bytes) if bytes.len() <= MAX_FILE_SIZE => {
-                String::from_utf8_lossy(&bytes).into_owned()
-            }
-            Ok(_) => {
-                let found = format!("the spectrum file {} is too long", path_excerpt(&path));
-                return Err(SceneError::at(param.at.clone(), found, "expected at most 16 MiB"));
-            }
-            Err(source) => {
-                let names = spectrum_names();
-                let found = match hint(word, names.iter().map(String::as_str)) {
-                    none if none.is_empty() => source.to_string(),
-                    hint => format!("no spectrum \"{word}\"{hint}"),
-                };
-                let expected = "expected the name of a spectrum or of a file";
-                return Err(SceneError::at(param.at.clone(), found, expected));
-            }
+        let unknown = |source: ReadError| {
+            let names = spectrum_names();
+            let found = match hint(word, names.iter().map(String::as_str)) {
+                none if none.is_empty() => source.to_string(),
+                hint => format!("no spectrum \"{word}\"{hint}"),
+            };
+            (found, "expected the name of a spectrum or of a file".to_owned())
         };
-        let refuse = |line: usize, found: String| {
-            let found = format!("{}:{line}: {found}", path_excerpt(&path));
-            SceneError::at(param.at.clone(), found, EXPECTED_SAMPLES)
-        };
-        let mut numbers = Vec::new();
-        for (i, line) in text.lines().enumerate() {
-            let data = line.split('#').next().unwrap_or_default();
-            for word in data.split_whitespace() {
-                let number = word.parse().ok().filter(|number: &f64| number.is_finite());
-                numbers.push(number.ok_or_else(|| refuse(i + 1, format!("found {word:?}")))?);
-            }
-        }
-        sampled_spectrum(&numbers).map_err(|found| refuse(text.lines().count(), found))
+        let file = SampleFile::read(self, param.at.clone(), word, unknown)?;
+        let numbers: Result<Vec<f64>, _> =
+            file.lines().flatten().map(|word| word.number()).collect();
+        let spectrum = numbers.and_then(|numbers| {
+            sampled_spectrum(&numbers).map_err(|found| file.fault_at_end(found))
+        });
+        spectrum.map_err(|fault| file.refuse(fault, EXPECTED_SAMPLES))
     }
 
     /// Returns the `scale` of a light by channel: a number in pbrt-v4, a colour in pbrt-v2.
@@ -208,10 +189,7 @@ fn sampled_spectrum(numbers: &[f64]) -> Result<Spectrum, String> {
     let [[first, _], .., [last, _]] = pairs else {
         return Err(format!("{} numbers", numbers.len()));
     };
-    let [low, high] = VISIBLE.map(f64::from);
-    if *first >= high || *last <= low {
-        return Err(format!("wavelengths from {first} to {last} nm, none of them visible"));
-    }
+    check_visible(*first, *last)?;
     Spectrum::samples(pairs.to_vec()).map_err(|disorder| disorder.to_string())
 }
 
@@ -311,7 +289,7 @@ pub(super) mod tests {
         assert_near(colour(&grey, ColourRole::Albedo), [0.25; 3], 1e-5);
         let fault = refusal(&file("400 1\nabc 2\n"));
         assert!(
-            fault.contains("test.pbrt:2:3") && fault.contains("a.spd:2: found \"abc\""),
+            fault.contains("test.pbrt:2:3") && fault.contains("a.spd:2:1: found \"abc\""),
             "{fault}"
         );
         assert!(refusal(&file("500 1 400 2")).contains("the wavelength 400 nm after 500 nm"));

@@ -50,6 +50,7 @@ mod reader;
 mod recovery;
 mod refractive_index;
 mod repeated_meshes;
+mod sample_files;
 mod scene_errors;
 mod shapes;
 mod shutter;
