@@ -221,7 +221,8 @@ impl GhostEstimate {
     }
 
     /// Returns the ghosts of the pairs worth simulating. Light is split into bands if the lens does
-    /// so, or if a coating has a colour.
+    /// so, or if a coating has a colour: for paths that carry spectra into
+    /// [`lens_bands`](petzval_spectrum::lens_bands).
     pub fn ghosts(&self, lens: &RealLens, bands: &[LightBand]) -> Ghosts {
         self.make_ghosts(lens, bands, self.significant_pairs().0)
     }

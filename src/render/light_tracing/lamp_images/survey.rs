@@ -130,7 +130,7 @@ fn reach(
     let key = pixel_key(light.lamps[0].light, u32::MAX - 7, input.seed);
     for wave in 0..paths.div_ceil(WAVE_SIZE as u32) {
         light.sample(input, lens, &mut columns, key, wave);
-        let band = input.wave_light(wave).first_band();
+        let band = input.band_of_wave(wave);
         light.front.trace::<f32x8>(lens, band, &mut columns.paths);
         for i in 0..columns.paths.len() {
             if let Some(hit) = columns.paths.film_hit(i) {

@@ -60,7 +60,7 @@ impl<'a> SurveyedPicture<'a> {
     /// Traces a wave of paths from the lens to the film, in the first of its bands. Returns the indices
     /// of those that arrive on it, after testing which of them are unoccluded.
     pub fn arrivals(&self, front: &FrontEntry, wave: u32, paths: &mut LightPaths) -> Vec<usize> {
-        let band = self.input.wave_light(wave).first_band();
+        let band = self.input.band_of_wave(wave);
         front.trace::<f32x8>(self.lens, band, paths);
         let half = self.input.camera.film.map(|size| size / 2.0);
         let on_film = |i: &usize| {

@@ -34,6 +34,11 @@ impl<'a> LightPathInput<'a> {
         let scene = self.spectral.map_or(self.scene, |spectral| spectral.at(set, hero));
         WaveLight { input: Self { scene, ..*self }, band, set }
     }
+
+    /// Returns one band of the lens in which the paths of a wave are traced.
+    pub(crate) fn band_of_wave(&self, number: u32) -> usize {
+        choose(self.split, self.seed, number)[0]
+    }
 }
 
 /// Returns the band of the lens of a wave, and the set and the hero of its wavelengths.
@@ -43,11 +48,6 @@ fn choose(split: LightSplit, seed: u32, number: u32) -> [usize; 3] {
 }
 
 impl WaveLight<'_> {
-    /// Returns one band of the lens in which the paths of the wave are traced.
-    pub fn first_band(&self) -> usize {
-        self.band
-    }
-
     /// Returns the bands of the lens in which the paths of the wave are traced: those that share a
     /// camera ray. `response` returns the linear sRGB of a band, whose mean over all bands is 1.
     pub fn bands(&self, response: impl Fn(usize) -> [f64; 3]) -> Vec<PathBand> {

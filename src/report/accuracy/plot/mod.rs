@@ -13,7 +13,7 @@ use super::advice::two_digits;
 use crate::svg::{Position, Sheet};
 
 /// Width and height of the sheet [px].
-const SHEET: Position = [820.0, 500.0];
+const SHEET: Position = [880.0, 500.0];
 /// Left, top, right and bottom of the plot area [px].
 const AREA: [f64; 4] = [62.0, 44.0, 560.0, 440.0];
 /// Type sizes of labels and of titles [px].
