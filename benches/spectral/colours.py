@@ -67,6 +67,11 @@ def glass(name):
     return f'Material "dielectric" "spectrum eta" "glass-{name}"\n'
 
 
+def measured(name):
+    file = Path(__file__).resolve().parents[2] / "tests" / "pbrt_language" / f"{name}.bsdf"
+    return f'Material "measured" "string filename" "{file}"\n'
+
+
 def medium(coefficients):
     named = f'MakeNamedMedium "m" "string type" "homogeneous" {coefficients}\n'
     return named + 'Material "interface" MediumInterface "m" ""\n'
@@ -98,6 +103,8 @@ SCENES = {
     "green pigment, lamp F11": ball(F11, diffuse(GREEN)),
     "orange corner, 6 bounces, daylight": corner(ORANGE, ORANGE),
     "orange and teal corner, 6 bounces, daylight": corner(ORANGE, TEAL),
+    "measured, lamp F2": ball(F2, measured("isotropic")),
+    "measured, lamp F11": ball(F11, measured("isotropic")),
     "red dye, lamp F2": ball(F2, medium(DYE)),
     "red dye, lamp F11": ball(F11, medium(DYE)),
     "red haze, lamp F11": ball(F11, medium(HAZE), 50),
@@ -117,10 +124,13 @@ def main():
     parser = argparse.ArgumentParser(description="Compares colours with those of pbrt-v4.")
     parser.add_argument("--pbrt", default="pbrt", help="pbrt-v4's program")
     parser.add_argument("--petzval", default="target/release/petzval", help="petzval's program")
+    parser.add_argument("--only", default="", help="part of the names of the scenes to compare")
     options = parser.parse_args()
     print("| scene | RGB: red | green | blue | spectra: red | green | blue | noise |\n|---|---|---|---|---|---|---|---|")
     with tempfile.TemporaryDirectory() as folder:
         for number, (name, (text, depth)) in enumerate(SCENES.items()):
+            if options.only not in name:
+                continue
             scene = Path(folder) / f"{number}.pbrt"
             scene.write_text(HEAD % (1024, depth) + text)
             means = []

@@ -14,6 +14,7 @@ use petzval_spectrum::{
 use super::light::{IntensityDistribution, Light};
 use super::material::{Material, MaterialModel};
 use super::material_colours::Quantity;
+use super::measured::MeasuredSurface;
 use super::medium::{Medium, MediumSpectra};
 use super::texture::{SolidPattern, Texture};
 use super::{Lights, Scene};
@@ -72,13 +73,18 @@ impl SpectralScene {
         let Scene { materials, lights, .. } = &self.base;
         let textures =
             materials.iter().map(|material| material.model.texture_nodes()).sum::<usize>();
+        let measured = |material: &Material| match &material.model {
+            MaterialModel::Measured(surface) => surface.bytes_of_sets() as u64,
+            _ => 0,
+        };
+        let measured: u64 = materials.iter().map(measured).sum();
         let media = self.base.media.iter().map(Medium::own_bytes).sum::<usize>();
         let one = size_of::<Scene>()
             + size_of_val(&materials[..])
             + size_of_val(&lights.all[..])
             + textures * NODE_BYTES
             + media;
-        (self.scenes.len() * one) as u64
+        (self.scenes.len() * one) as u64 + measured
     }
 
     /// Returns the scene at the wavelengths of a set. `hero` is the channel that goes on behind glass that
@@ -145,12 +151,17 @@ impl Material {
                 other => other.clone(),
             })
         };
-        Self { model: self.model.with_colours(&mut map), ..self.clone() }
+        let model = match &self.model {
+            MaterialModel::Measured(surface) => MaterialModel::Measured(Arc::new(surface.in_rgb())),
+            other => other.with_colours(&mut map),
+        };
+        Self { model, ..self.clone() }
     }
 
     /// Returns whether a colour of the material has a spectrum.
     fn has_spectrum(&self) -> bool {
-        let mut any = false;
+        let measured = |surface: &MeasuredSurface| surface.has_spectra();
+        let mut any = matches!(&self.model, MaterialModel::Measured(surface) if measured(surface));
         self.model.with_colours(&mut |texture, _| {
             texture.with_leaves(&mut |leaf| {
                 any |= matches!(leaf, Texture::Spectrum(_));
@@ -184,8 +195,11 @@ impl Material {
         if material.model.fix_index(set, hero) {
             material.only_channel = Some(hero);
         }
-        if let MaterialModel::Measured(_) = &material.model {
-            material.measured_uplift = Some(*matrix);
+        if let MaterialModel::Measured(surface) = &material.model {
+            match surface.in_set(set) {
+                Some(surface) => material.model = MaterialModel::Measured(Arc::new(surface)),
+                None => material.measured_uplift = Some(*matrix),
+            }
         }
         material
     }

@@ -82,6 +82,7 @@ impl Scene {
         let mut colours = Colours::default();
         for material in materials.iter() {
             colours.add_metal(material);
+            colours.add_measured(material);
             material.model.with_colours(&mut |texture, quantity| {
                 if quantity == Quantity::Reflectance {
                     texture.with_leaves(&mut |leaf| {
@@ -204,6 +205,19 @@ impl Colours {
                 fresnel(1.0, n.values()[band].into(), extinction.values()[band].into()) as f32
             };
             let spectrum = BandSpectrum::from_bands(value);
+            self.all.push(Seen { rgb, spectrum, is_stated: true });
+        }
+    }
+
+    /// Adds the mean of a measured surface, half as bright as white: how bright it is depends on the
+    /// direction.
+    fn add_measured(&mut self, material: &Material) {
+        let MaterialModel::Measured(surface) = &material.model else { return };
+        let Some(mean) = surface.mean_spectrum() else { return };
+        let brightest = mean.to_rgb().into_iter().fold(0.0, f64::max);
+        let spectrum = mean.scaled((0.5 / brightest) as f32);
+        let rgb = spectrum.to_rgb();
+        if brightest > 0.0 && self.is_new(rgb.map(|c| c as f32)) {
             self.all.push(Seen { rgb, spectrum, is_stated: true });
         }
     }

@@ -39,8 +39,9 @@ pub use colour::Colour;
 pub use colour_difference::{VISIBLE_DIFFERENCE, ciede2000, lab_from_srgb};
 pub use colour_space::{ColourSpace, srgb_from_xyz, white_balance, xyz_from_srgb};
 pub use glass::{
-    C_LINE, CatalogueGlass, D_LINE, F_LINE, Formula, Glass, GlassError, GlassLibrary, GlassMatch,
-    IndexRangeError, find_glass, likely_glass, parse_agf, suggest_glass,
+    C_LINE, CatalogueGlass, D_LINE, F_LINE, Formula, Glass, GlassError, GlassLibrary,
+    GlassMatch, IndexRangeError, find_glass, likely_glass, parse_agf,
+    suggest_glass,
 };
 pub use illuminant::{d_illuminant, d65, daylight};
 pub use metal::{ChannelMetal, fit_metal, fresnel, metal_reflectance};
@@ -49,8 +50,8 @@ pub use observer::{VISIBLE, colour_matching};
 pub use primaries::{Primaries, adapt};
 pub use uplift::{uplift_matrix, uplift_reflectance, uplift_unbounded};
 pub use wavelength_sets::{
-    BandSpectrum, WAVELENGTH_SETS, WAVELENGTHS, WAVELENGTHS_PER_PATH, WavelengthBand, bands_of_set,
-    lens_bands, wavelength_bands, wavelength_set,
+    BandSpectrum, WAVELENGTH_SETS, WAVELENGTHS, WAVELENGTHS_PER_PATH, WavelengthBand, band_shares,
+    bands_of_set, lens_bands, wavelength_bands, wavelength_set,
 };
 
 use observer::{LUMINOSITY, daylight_at, integrate};
@@ -205,25 +206,30 @@ impl Spectrum {
 pub fn daylight_weights(wavelengths: &[f64]) -> Vec<[f64; 3]> {
     let mut weights = vec![[0.0; 3]; wavelengths.len()];
     for nm in (VISIBLE[0]..=VISIBLE[1]).map(f64::from) {
-        let after = wavelengths.partition_point(|&wavelength| wavelength <= nm);
         let daylight = daylight_at(nm);
         let light = srgb_from_xyz(colour_matching(nm).map(|v| v * daylight));
-        let mut add = |i: usize, share: f64| {
-            if let Some(weight) = weights.get_mut(i) {
-                (0..3).for_each(|c| weight[c] += share * light[c]);
-            }
-        };
-        match (after.checked_sub(1), wavelengths.get(after)) {
-            (Some(before), Some(next)) => {
-                let share = (nm - wavelengths[before]) / (next - wavelengths[before]);
-                add(before, 1.0 - share);
-                add(after, share);
-            }
-            (Some(last), None) => add(last, 1.0),
-            (None, _) => add(0, 1.0),
+        for (i, share) in neighbours(wavelengths, nm) {
+            (0..3).for_each(|c| weights[i][c] += share * light[c]);
         }
     }
     weights
+}
+
+/// Returns the indices of the entries of an ascending list on both sides of a wavelength (nm), and their shares in
+/// its value; the nearer end alone counts beyond.
+fn neighbours(wavelengths: &[f64], nm: f64) -> impl Iterator<Item = (usize, f64)> {
+    let after = wavelengths.partition_point(|&wavelength| wavelength <= nm);
+    let last = wavelengths.len().checked_sub(1);
+    let pair = last.map(|last| match after {
+        0 => [(0, 1.0), (0, 0.0)],
+        _ if after > last => [(last, 1.0), (last, 0.0)],
+        _ => {
+            let share =
+                (nm - wavelengths[after - 1]) / (wavelengths[after] - wavelengths[after - 1]);
+            [(after - 1, 1.0 - share), (after, share)]
+        }
+    });
+    pair.into_iter().flatten().filter(|(_, share)| *share != 0.0)
 }
 
 fn interpolate(samples: &[[f64; 2]], nm: f64) -> f64 {

@@ -10,7 +10,7 @@ use std::sync::LazyLock;
 
 use super::bands::{BAND_RANGE, LightBand};
 use super::observer::{VISIBLE, colour_matching, daylight_at};
-use super::{LUMINOSITY, Spectrum, srgb_from_xyz};
+use super::{LUMINOSITY, Spectrum, neighbours, srgb_from_xyz};
 
 /// Number of wavelengths that share a path.
 pub const WAVELENGTHS_PER_PATH: usize = 3;
@@ -137,6 +137,26 @@ impl BandSpectrum {
         }
         rgb
     }
+}
+
+/// Returns for each band which of some ascending wavelengths (nm) count in its mean, by their index, and their
+/// shares. A quantity is linear between them and constant beyond.
+pub fn band_shares(wavelengths: &[f64]) -> Vec<Vec<(usize, f64)>> {
+    let mut sums = vec![Vec::new(); WAVELENGTHS];
+    for Share { nm, band, daylight, .. } in &TABLE.shares {
+        for (i, share) in neighbours(wavelengths, *nm) {
+            let known: &mut Vec<(usize, f64)> = &mut sums[*band];
+            match known.iter_mut().find(|(other, _)| *other == i) {
+                Some((_, sum)) => *sum += share * daylight,
+                None => known.push((i, share * daylight)),
+            }
+        }
+    }
+    for shares in &mut sums {
+        let all: f64 = shares.iter().map(|(_, share)| share).sum();
+        shares.iter_mut().for_each(|(_, share)| *share /= all);
+    }
+    sums
 }
 
 /// Returns the integrals of a sensitivity at whole nanometres times daylight of luminance 1 over the bands.

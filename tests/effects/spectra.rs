@@ -3,6 +3,7 @@
 
 mod crystal;
 mod glass;
+mod measured;
 mod media;
 
 use crate::support::workspace::Workspace;

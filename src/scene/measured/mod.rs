@@ -1,15 +1,18 @@
 //! Measured reflection of a surface (Dupuy & Jakob 2018, "An adaptive parameterization for efficient
 //! material acquisition and rendering"), the `.bsdf` files of the RGL's material database.
 
+mod spectra;
 mod tensor;
 mod warp;
 
 use std::f32::consts::PI;
+use std::sync::Arc;
 
+use spectra::MeasuredSpectra;
 use tensor::{Tensor, TensorFile};
 use warp::{Grid, Warp, Warped};
 
-use petzval_spectrum::daylight_weights;
+use petzval_spectrum::BandSpectrum;
 
 /// Table of the reflection of a measured surface.
 ///
@@ -18,6 +21,17 @@ use petzval_spectrum::daylight_weights;
 /// normal over 90 degrees, and their azimuth, for isotropic surfaces relative to the viewer.
 #[derive(Clone, Debug)]
 pub struct MeasuredSurface {
+    directions: Arc<MeasuredDirections>,
+    /// Reflection in linear sRGB, or at the wavelengths of a set, over the uniform points of the visible
+    /// normals, relative to a surface of microfacets that reflect all light.
+    colour: Arc<Grid>,
+    /// The same by wavelength, if it is known.
+    spectra: Option<Arc<MeasuredSpectra>>,
+}
+
+/// Microfacets of a measured surface, and directions of the light that it reflects.
+#[derive(Debug)]
+struct MeasuredDirections {
     isotropic: bool,
     /// Density of the microfacet normals.
     normals: Grid,
@@ -27,9 +41,6 @@ pub struct MeasuredSurface {
     visible: Warp,
     /// Density of the brightness over the uniform points of `visible`.
     brightness: Warp,
-    /// Linear sRGB over the same points, relative to a surface of microfacets that reflect all
-    /// light.
-    colour: Grid,
 }
 
 /// A microfacet normal that was sampled.
@@ -72,7 +83,7 @@ impl MeasuredSurface {
             }
             Warp::new(grid).ok_or_else(|| format!("the field \"{name}\" has a slice of zeros"))
         };
-        let colour = match file.has("spectra") {
+        let (colour, spectra) = match file.has("spectra") {
             true => {
                 let wavelengths = file.floats("wavelengths", 1)?.values;
                 if !wavelengths.is_sorted_by(|a, b| a < b) {
@@ -80,9 +91,10 @@ impl MeasuredSurface {
                 }
                 let tensor = file.floats("spectra", 5)?;
                 let spectra = grid("spectra", tensor, parameters.clone(), wavelengths.len())?;
-                to_srgb(&spectra, &wavelengths)
+                let spectra = MeasuredSpectra::new(&wavelengths, spectra);
+                (spectra.to_srgb(), Some(Arc::new(spectra)))
             }
-            false => grid("rgb", file.floats("rgb", 5)?, parameters.clone(), 3)?,
+            false => (grid("rgb", file.floats("rgb", 5)?, parameters.clone(), 3)?, None),
         };
         let isotropic = parameters[0].len() <= 2;
         if let ([first, .., last], false) = (&parameters[0][..], isotropic)
@@ -90,24 +102,51 @@ impl MeasuredSurface {
         {
             return Err(format!("azimuths from {first} to {last}, a part of the circle"));
         }
-        Ok(Self {
+        let directions = MeasuredDirections {
             isotropic,
             normals: grid("ndf", file.floats("ndf", 2)?, none(), 1)?,
             projected_area: grid("sigma", file.floats("sigma", 2)?, none(), 1)?,
             visible: warp("vndf")?,
             brightness: warp("luminance")?,
-            colour,
-        })
+        };
+        Ok(Self { directions: Arc::new(directions), colour: Arc::new(colour), spectra })
+    }
+
+    /// Returns the mean spectrum of its table; `None` if the file has none.
+    pub(super) fn mean_spectrum(&self) -> Option<BandSpectrum> {
+        self.spectra.as_ref().map(|spectra| spectra.mean())
+    }
+
+    /// Returns whether its reflection is known by wavelength.
+    pub(super) fn has_spectra(&self) -> bool {
+        self.spectra.is_some()
+    }
+
+    /// Returns the surface in linear sRGB alone.
+    pub(super) fn in_rgb(&self) -> Self {
+        Self { spectra: None, ..self.clone() }
+    }
+
+    /// Returns the surface at the wavelengths of a set; `None` if it is known in linear sRGB alone.
+    pub(super) fn in_set(&self, set: usize) -> Option<Self> {
+        let colour = self.spectra.as_ref()?.in_set(set);
+        Some(Self { colour, spectra: None, ..self.clone() })
+    }
+
+    /// Returns the memory of its reflection at the wavelengths of all sets (bytes).
+    pub(super) fn bytes_of_sets(&self) -> usize {
+        self.spectra.as_ref().map_or(0, |spectra| spectra.bytes_of_sets())
     }
 
     /// Returns the microfacet normal to a viewer, as angle from the surface's normal and azimuth,
     /// from two uniform numbers.
     pub fn sample(&self, viewer: [f32; 2], u: [f32; 2]) -> ([f32; 2], MeasuredSample) {
         let parameters = [viewer[1], viewer[0]];
-        let bright = self.brightness.sample(u, parameters);
-        let visible = self.visible.sample(bright.uv, parameters);
+        let bright = self.directions.brightness.sample(u, parameters);
+        let visible = self.directions.visible.sample(bright.uv, parameters);
         let [x, y] = visible.uv;
-        let azimuth = (2.0 * y - 1.0) * PI + if self.isotropic { viewer[1] } else { 0.0 };
+        let azimuth =
+            (2.0 * y - 1.0) * PI + if self.directions.isotropic { viewer[1] } else { 0.0 };
         let sample = MeasuredSample {
             normal: visible.uv,
             uniform: bright.uv,
@@ -119,19 +158,19 @@ impl MeasuredSurface {
     /// Returns a microfacet normal, as [`Self::sample`] would have sampled it for a viewer.
     pub fn sample_of(&self, viewer: [f32; 2], normal: [f32; 2]) -> MeasuredSample {
         let parameters = [viewer[1], viewer[0]];
-        let azimuth = normal[1] - if self.isotropic { viewer[1] } else { 0.0 };
+        let azimuth = normal[1] - if self.directions.isotropic { viewer[1] } else { 0.0 };
         let [x, y] = to_square(normal[0], azimuth);
         let normal = [x, y - y.floor()];
-        let Warped { uv, density } = self.visible.invert(normal, parameters);
-        let bright = self.brightness.at(uv, parameters);
+        let Warped { uv, density } = self.directions.visible.invert(normal, parameters);
+        let bright = self.directions.brightness.at(uv, parameters);
         MeasuredSample { normal, uniform: uv, density: density * bright }
     }
 
     /// Returns the reflected colour: f |cos wi| of the BRDF f.
     pub fn reflected(&self, viewer: [f32; 2], sample: &MeasuredSample) -> [f32; 3] {
         let none = [0.0; 2];
-        let area = self.projected_area.at(to_square(viewer[0], viewer[1]), none, 0);
-        let factor = self.normals.at(sample.normal, none, 0) / (4.0 * area);
+        let area = self.directions.projected_area.at(to_square(viewer[0], viewer[1]), none, 0);
+        let factor = self.directions.normals.at(sample.normal, none, 0) / (4.0 * area);
         let parameters = [viewer[1], viewer[0]];
         [0, 1, 2].map(|channel| {
             let value = self.colour.at(sample.uniform, parameters, channel).max(0.0) * factor;
@@ -172,26 +211,6 @@ fn grid(
         }
         _ => Err(format!("the field \"{name}\" has shape {shape:?}")),
     }
-}
-
-/// Converts spectra to linear sRGB, illuminated by daylight (D65).
-fn to_srgb(spectra: &Grid, wavelengths: &[f32]) -> Grid {
-    let nanometres: Vec<f64> = wavelengths.iter().map(|&nm| f64::from(nm)).collect();
-    let weights = daylight_weights(&nanometres);
-    let points = spectra.size[0] * spectra.size[1];
-    let mut values = Vec::with_capacity(spectra.values.len() / wavelengths.len() * 3);
-    for slice in spectra.values.chunks_exact(points * wavelengths.len()) {
-        for channel in 0..3 {
-            values.extend((0..points).map(|point| {
-                let terms = weights.iter().enumerate();
-                let sum: f64 = terms
-                    .map(|(i, weight)| weight[channel] * f64::from(slice[i * points + point]))
-                    .sum();
-                sum as f32
-            }));
-        }
-    }
-    Grid { channels: 3, values, ..spectra.clone() }
 }
 
 #[cfg(test)]
