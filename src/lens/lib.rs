@@ -40,7 +40,7 @@ pub use camera::orthographic::Orthographic;
 pub use camera::ray_path::{RayPath, SurfaceCrossing};
 pub use camera::spherical::SphericalMapping;
 pub use camera::thin_lens::ThinLens;
-pub use camera::throughput::Throughput;
+pub use camera::throughput::{AxialLight, Throughput};
 pub use camera::{Camera, LensColumns, LensModel, RealLens};
 pub use focus::focus_model::FocusModel;
 pub use focus::paraxial::{FocusError, Paraxial, Pupil, RayTransferMatrix};

@@ -39,8 +39,8 @@ pub use colour::Colour;
 pub use colour_difference::{VISIBLE_DIFFERENCE, ciede2000, lab_from_srgb};
 pub use colour_space::{ColourSpace, srgb_from_xyz, white_balance, xyz_from_srgb};
 pub use glass::{
-    C_LINE, CatalogueGlass, D_LINE, F_LINE, Formula, Glass, GlassError, GlassLibrary,
-    GlassMatch, IndexRangeError, find_glass, likely_glass, parse_agf,
+    Absorption, C_LINE, CatalogueGlass, D_LINE, F_LINE, Formula, Glass, GlassError, GlassLibrary,
+    GlassMatch, IndexRangeError, InternalTransmittance, find_glass, likely_glass, parse_agf,
     suggest_glass,
 };
 pub use illuminant::{d_illuminant, d65, daylight};

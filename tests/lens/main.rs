@@ -3,6 +3,7 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+mod absorption;
 mod apertures;
 mod biradial;
 mod cameras;

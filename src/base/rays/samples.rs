@@ -26,8 +26,10 @@ pub struct LensBatch<T: Pod> {
     /// Optical direction cosine, z.
     pub tz: Column<T>,
     /// Weight; changed only by apertures of partial transmission and, if losses are simulated, by
-    /// surfaces.
+    /// surfaces and by glass that absorbs.
     pub weight: Column<T>,
+    /// Positions at the surface crossed before, on the way through glass that absorbs.
+    pub departure: Option<Box<[Column<T>; 3]>>,
     /// Indices of the rays that this precision cannot trace exactly enough.
     pub needs_f64: Vec<u32>,
 }
@@ -37,7 +39,7 @@ impl<T: Pod> Default for LensBatch<T> {
         let [x, y, z, tx, ty, tz, weight] = std::array::from_fn(|_| Column::default());
         // No ray is listed twice, so nothing is allocated inside a wave.
         let needs_f64 = Vec::with_capacity(WAVE_SIZE);
-        Self { len: 0, live: 0, x, y, z, tx, ty, tz, weight, needs_f64 }
+        Self { len: 0, live: 0, x, y, z, tx, ty, tz, weight, departure: None, needs_f64 }
     }
 }
 

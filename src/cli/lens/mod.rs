@@ -31,7 +31,6 @@ use convert::ConvertArguments;
 use optimize::OptimizeArguments;
 use petzval_report::lens_drawing::draw;
 use report::ReportArguments;
-pub(super) use summary::AxialLight;
 use summary::{Summary, summary};
 use tolerance::ToleranceArguments;
 use trace::TraceArguments;

@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 
 use petzval_lens::{
-    Coating, FieldKind, FocusError, FocusModel, Paraxial, Prescription, PupilSampling, RealLens,
-    RealRayFocus, Row, TransverseAxis,
+    AxialLight, Coating, FieldKind, FocusError, FocusModel, Paraxial, Prescription, PupilSampling,
+    RealLens, RealRayFocus, Row, TransverseAxis,
 };
 use petzval_report::number::rounded;
 use petzval_spectrum::D_LINE;
@@ -66,18 +66,28 @@ pub(super) fn summary(
     }
     if let Some(f_number) = RealRayFocus::new(lens).f_number() {
         line("f-number, marginal ray", f_number, "     (defines --fstop and the brightness)");
-        if let Some(light) = axial_light(&lens.centred()) {
-            let AxialLight { transmitted, unobstructed } = light;
+        let focused = focused(&lens.centred());
+        let light = |nm: f64| AxialLight::of(focused.as_ref()?, nm);
+        if let Some(axial) = light(wavelength) {
+            let AxialLight { transmitted, unobstructed } = axial;
             let behind = match unobstructed < 1.0 {
                 true => format!("{:.1} % obstructed; ", 100.0 * (1.0 - unobstructed)),
                 false => String::new(),
             };
             let by = format!(
-                "     ({behind}{:.1} % transmitted{})",
+                "     ({behind}{:.1} % transmitted{}{})",
                 100.0 * transmitted,
-                coatings(lens)
+                coatings(lens),
+                absorption(lens)
             );
-            line("T-stop", light.t_number(f_number), &by);
+            line("T-stop", axial.t_number(f_number), &by);
+            let others = lens.design.wavelengths.iter().map(|line| line.nm);
+            for nm in others.filter(|nm| *nm != wavelength) {
+                let Some(axial) = light(nm) else { continue };
+                let share = 100.0 * axial.transmitted;
+                let by = format!("     (at {} nm: {share:.1} % transmitted)", rounded(nm));
+                line("", axial.t_number(f_number), &by);
+            }
         }
     }
     if let Some(fields) = fields(lens) {
@@ -198,34 +208,19 @@ fn film_or_nan(film: Result<f64, FocusError>) -> Result<f64, FocusError> {
     }
 }
 
-/// Shares of the light to the middle of the film, as means over the pupil.
-pub(in crate::cli) struct AxialLight {
-    /// Share that surfaces transmit.
-    transmitted: f64,
-    /// Share that central obstructions leave.
-    unobstructed: f64,
-}
-
-impl AxialLight {
-    /// Returns the losses of the light for a lens that is focused. `None` if it is dark.
-    pub(in crate::cli) fn of(lens: &RealLens) -> Option<Self> {
-        Some(Self {
-            transmitted: lens.transmittance([0.0; 2])?,
-            unobstructed: lens.unobstructed_share([0.0; 2])?,
-        })
-    }
-
-    /// Returns the T-number of a lens with this f-number.
-    pub(in crate::cli) fn t_number(&self, f_number: f64) -> f64 {
-        f_number / (self.transmitted * self.unobstructed).sqrt()
-    }
-}
-
-/// Returns the losses of the light to the middle of the film, focused at infinity.
-fn axial_light(lens: &Prescription) -> Option<AxialLight> {
+/// Returns the lens with its film at the focus of infinity.
+fn focused(lens: &Prescription) -> Option<RealLens> {
     let film = RealRayFocus::new(lens).film_distance(f64::INFINITY).ok()?;
-    let lens = RealLens::new(lens.clone(), film, 1.0, PupilSampling::Axis, 1.0, 0.0);
-    AxialLight::of(&lens)
+    Some(RealLens::new(lens.clone(), film, 1.0, PupilSampling::Axis, 1.0, 0.0))
+}
+
+/// Says of how many glasses the absorption counts, if of any.
+fn absorption(lens: &Prescription) -> String {
+    match lens.rows.iter().filter(|row| row.glass.absorbs()).count() {
+        0 => String::new(),
+        1 => "; absorption of 1 glass".to_owned(),
+        count => format!("; absorption of {count} glasses"),
+    }
 }
 
 /// Lists the coatings of a lens's glass-air surfaces, if there are any.

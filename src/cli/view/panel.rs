@@ -11,8 +11,8 @@ use serde_json::{Value, json};
 
 use super::settings::ViewSettings;
 use super::widest_stop::WidestStop;
-use crate::cli::lens::AxialLight;
 use crate::cli::plan::{self, Work};
+use petzval_lens::AxialLight;
 
 /// The use of a prepared job in the page.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -107,8 +107,9 @@ impl Panel {
 /// Returns the facts of a lens on a film of this half diagonal (mm).
 fn lens_json(lens: &RealLens, half_diagonal: f64, widest: Option<f64>) -> Value {
     let f_number = f_number(lens, half_diagonal);
-    let t_number =
-        f_number.zip(AxialLight::of(lens)).map(|(f_number, light)| light.t_number(f_number));
+    let t_number = f_number
+        .zip(AxialLight::of(lens, lens.prescription.design.primary_wavelength()))
+        .map(|(f_number, light)| light.t_number(f_number));
     let prescription = &lens.prescription;
     json!({
         "name": prescription.name,

@@ -1,7 +1,7 @@
 //! Spectral band: the surfaces of a lens for light of one wavelength.
 
 use crate::prescription::Prescription;
-use crate::trace::sequence::{Side, sequence, sequence_at};
+use crate::trace::sequence::{Side, sequence_at};
 use crate::trace::surface::Surface;
 use petzval_base::lanes::Real;
 
@@ -48,12 +48,13 @@ impl Band {
     /// Prepares one band for all light, traced at the primary wavelength with the indices of
     /// the file.
     pub fn all_light(lens: &Prescription, film_distance: f64) -> Self {
+        let wavelength = lens.design.primary_wavelength();
         Self {
-            wavelength: lens.design.primary_wavelength(),
+            wavelength,
             response: [1.0; 3],
             film_index: lens.rear().index,
-            to_scene: sequence::<f32>(lens, Side::Film(film_distance)),
-            to_scene_f64: sequence::<f64>(lens, Side::Film(film_distance)),
+            to_scene: sequence_at::<f32>(lens, Side::Film(film_distance), wavelength),
+            to_scene_f64: sequence_at::<f64>(lens, Side::Film(film_distance), wavelength),
             to_film: Vec::new(),
             to_film_f64: Vec::new(),
         }
@@ -62,7 +63,7 @@ impl Band {
     /// Returns the surfaces of a lens that has this band, for rays that start elsewhere.
     pub fn sequence<R: Real>(&self, lens: &Prescription, from: Side) -> Vec<Surface<R::Scalar>> {
         match self.to_film.is_empty() {
-            true => sequence::<R>(lens, from),
+            true => sequence_at::<R>(lens, from, self.wavelength),
             false => {
                 let lens = lens.at_checked_wavelength(self.wavelength);
                 sequence_at::<R>(&lens, from, self.wavelength)

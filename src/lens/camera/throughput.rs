@@ -1,4 +1,5 @@
-//! Throughput: the light that the surfaces of a lens transmit, by film point and over the film.
+//! Throughput: the light that the surfaces and the glass of a lens transmit, by film point and over the
+//! film.
 
 use crate::camera::{LensColumns, RealLens};
 use crate::prescription::Row;
@@ -6,13 +7,14 @@ use petzval_base::lanes::f32x8;
 use petzval_base::rays::{SampleBatch, WAVE_SIZE};
 use petzval_base::sampler::{Dimension, sample_2d};
 use petzval_base::stats::LensStats;
+use petzval_spectrum::LightBand;
 
 /// Sample points of the film.
 const POINTS: u32 = 32;
 /// Golden angle, which distributes them evenly.
 const GOLDEN: f64 = 2.399_963_229_728_653;
 
-/// Transmittance of the surfaces of a lens, without the effects of rims and stop.
+/// Transmittance of the surfaces and the glass of a lens, without the effects of rims and stop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Throughput {
     /// At the centre of the film, as a mean over the pupil. The f-number over its square root is
@@ -27,6 +29,31 @@ pub struct Throughput {
     pub range: [f64; 2],
 }
 
+/// Shares of the light to the middle of the film, as means over the pupil.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AxialLight {
+    /// Share that surfaces and glass transmit.
+    pub transmitted: f64,
+    /// Share that central obstructions leave.
+    pub unobstructed: f64,
+}
+
+impl AxialLight {
+    /// Returns the losses of the light of one wavelength (nm) for a lens that is focused. `None` if
+    /// it is dark.
+    pub fn of(lens: &RealLens, nm: f64) -> Option<Self> {
+        Some(Self {
+            transmitted: lens.transmittance_at([0.0; 2], nm)?,
+            unobstructed: lens.unobstructed_share([0.0; 2])?,
+        })
+    }
+
+    /// Returns the T-number of a lens with this f-number.
+    pub fn t_number(&self, f_number: f64) -> f64 {
+        f_number / (self.transmitted * self.unobstructed).sqrt()
+    }
+}
+
 /// Sums of ray weights without losses and with them.
 #[derive(Clone, Copy, Default)]
 struct WeightSums {
@@ -35,11 +62,18 @@ struct WeightSums {
 }
 
 impl RealLens {
-    /// Returns the transmittance of all coatings for a film point (mm, the film's frame), as a mean
+    /// Returns the transmittance of all surfaces and glass for a film point (mm, the film's frame), as a mean
     /// over the visible pupil: a thousand rays, the same ones with losses and without. It does not
     /// matter whether losses are on. `None` if the film point is dark.
     pub fn transmittance(&self, film: [f64; 2]) -> Option<f64> {
         FilmPointTracer::new(self).light(film).share()
+    }
+
+    /// Returns [`Self::transmittance`] for light of one wavelength (nm).
+    pub fn transmittance_at(&self, film: [f64; 2], wavelength: f64) -> Option<f64> {
+        let mut lens = self.clone();
+        lens.disperse(&[LightBand { wavelength, response: [1.0; 3] }]);
+        lens.transmittance(film)
     }
 
     /// Returns the share of the light of a film point (mm, the film's frame) that the shape of the

@@ -1,4 +1,5 @@
-//! Warnings about refractive indices that are used outside the range of their data.
+//! Warnings about media: refractive indices that are used outside the range of their data, and
+//! internal transmittances that nobody can have measured.
 
 use super::{Prescription, Row};
 use petzval_spectrum::{D_LINE, Glass, IndexRangeError};
@@ -50,16 +51,18 @@ impl Prescription {
         Ok(())
     }
 
-    /// Returns warnings about the indices of the lens for light from `used[0]` to `used[1]` (nm):
+    /// Returns warnings about the media of the lens for light from `used[0]` to `used[1]` (nm):
     /// one sentence for each kind of data that does not cover it, with the surfaces, the range of
-    /// the data and the index that is used instead.
+    /// the data and what is used instead.
     pub fn index_warnings(&self, used: [f64; 2]) -> Vec<String> {
         let mut groups: Vec<([String; 2], Vec<String>)> = Vec::new();
         for (number, row) in (1..).zip(&self.rows) {
-            let Some(warning) = index_warning(row, Range(used)) else { continue };
-            match groups.iter_mut().find(|(other, _)| *other == warning) {
-                Some((_, surfaces)) => surfaces.push(number.to_string()),
-                None => groups.push((warning, vec![number.to_string()])),
+            let warnings = [index_warning(row, Range(used)), absorption_warning(row)];
+            for warning in warnings.into_iter().flatten() {
+                match groups.iter_mut().find(|(other, _)| *other == warning) {
+                    Some((_, surfaces)) => surfaces.push(number.to_string()),
+                    None => groups.push((warning, vec![number.to_string()])),
+                }
             }
         }
         let sentence = |([data, instead], surfaces): ([String; 2], Vec<String>)| {
@@ -73,6 +76,24 @@ impl Prescription {
     pub fn is_monochromatic(&self) -> bool {
         !self.rows.iter().any(|row| row.glass.disperses())
     }
+}
+
+/// Returns two clauses: the lines of a catalogue that state no internal transmittance, and what becomes
+/// of them. `None` if there are none.
+fn absorption_warning(row: &Row) -> Option<[String; 2]> {
+    let Glass::Catalogue(glass) = &row.glass else { return None };
+    let [line, count] = glass.absorption.unusable?;
+    let lines = match count {
+        1 => format!("line {line}"),
+        _ => format!("{count} lines from line {line} on"),
+    };
+    Some([
+        format!(
+            "the catalogue of {} has no wavelength, share from 0 to 1 and thickness in {lines}",
+            glass.full_name()
+        ),
+        "its absorption is that of its other IT lines".to_owned(),
+    ])
 }
 
 /// Returns two clauses: the range that the data of a medium covers, and the index used beyond it.

@@ -1,5 +1,6 @@
 //! Tracing of a batch of rays, one surface after another over the whole batch.
 
+use super::absorption::{absorb_batch, depart};
 use super::kernel::{KernelOutput, KernelVisitor, LensRay, SurfaceKernel, dispatch};
 use super::single::follow;
 use super::surface::Surface;
@@ -23,7 +24,8 @@ pub fn trace<R: Real>(
 }
 
 /// Traces a batch like [`trace`]; every surface multiplies the weight by its transmittance
-/// ([`CoatingModel`](crate::CoatingModel)).
+/// ([`CoatingModel`](crate::CoatingModel)), and glass that absorbs by the share of light that it lets
+/// pass.
 #[inline(never)]
 pub fn trace_lossy<R: Real>(
     batch: &mut LensBatch<R::Scalar>,
@@ -42,10 +44,16 @@ fn trace_batch<R: Real, const LOSSY: bool>(
     batch.needs_f64.clear();
     let (mut alive, mut uncertain) = (batch.live as u64, 0);
     for surface in surfaces {
+        if LOSSY {
+            depart::<R>(batch, surface);
+        }
         let behind = match surface.mirror {
             true => dispatch::<R, _>(surface, Stage::<R, false, true> { batch, surface }),
             false => dispatch::<R, _>(surface, Stage::<R, LOSSY, false> { batch, surface }),
         };
+        if LOSSY {
+            absorb_batch::<R>(batch, surface);
+        }
         let newly = batch.needs_f64.len() as u64 - uncertain;
         blocked[surface.row] += alive - behind - newly;
         (alive, uncertain) = (behind, uncertain + newly);
@@ -62,10 +70,12 @@ pub fn trace_ghost<R: Real>(
 ) -> u64 {
     let mut alive = batch.live as u64;
     for surface in surfaces {
+        depart::<R>(batch, surface);
         alive = match surface.mirror {
             true => dispatch::<R, _>(surface, Stage::<R, true, true> { batch, surface }),
             false => dispatch::<R, _>(surface, Stage::<R, true, false> { batch, surface }),
         };
+        absorb_batch::<R>(batch, surface);
         if alive == 0 {
             break;
         }

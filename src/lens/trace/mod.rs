@@ -6,6 +6,7 @@
 //! of its own, so that this can be verified: `objdump -dC` shows the same instructions of it in
 //! builds with and without effects.
 
+pub(crate) mod absorption;
 pub(crate) mod asphere;
 pub(crate) mod batch;
 pub(crate) mod biradial;

@@ -29,13 +29,13 @@ enum Travel {
 }
 
 /// Returns the surfaces of a lens in the order in which rays from a side meet them, with coatings
-/// at the d line. A row that blocks in several ways gives several surfaces. Rays start in the plane
+/// and absorption at the d line. A row that blocks in several ways gives several surfaces. Rays start in the plane
 /// of [`Side`], and come out relative to the last vertex of the centred lens.
 pub fn sequence<R: Real>(lens: &Prescription, from: Side) -> Vec<Surface<R::Scalar>> {
     sequence_at::<R>(lens, from, D_LINE)
 }
 
-/// Returns the same surfaces with coatings at a wavelength (nm). The indices are those of the lens.
+/// Returns the same surfaces with coatings and absorption at a wavelength (nm). The indices are those of the lens.
 pub fn sequence_at<R: Real>(lens: &Prescription, from: Side, nm: f64) -> Vec<Surface<R::Scalar>> {
     let count = lens.rows.len();
     let mut path = Builder::<R>::new(lens, nm);
@@ -142,7 +142,12 @@ impl<'a, R: Real> Builder<'a, R> {
             None => [advance.abs() + half, 0.0],
         };
         let first = self.crossed.is_none();
-        let mut approach = Approach { row, advance, sign, n, n_after, spread, first, mirror, nm };
+        let absorption = match distance {
+            None => rows[between].glass.absorption(nm),
+            Some(_) => 0.0,
+        };
+        let mut approach =
+            Approach { row, advance, sign, n, n_after, spread, first, mirror, absorption, nm };
         let start = distance.map_or(0.0, |distance| match travel {
             Travel::ToFilm => -distance,
             Travel::ToScene => unfolded * distance,
@@ -217,6 +222,7 @@ impl<'a, R: Real> Builder<'a, R> {
             limit: zero,
             uncertainty: zero,
             mirror: false,
+            absorption: None,
             coating: CoatingModel::new::<R>(&Coating::Bare, [1.0; 2], self.nm),
         });
     }

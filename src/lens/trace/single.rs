@@ -1,5 +1,6 @@
 //! Tracing of one ray, with the reason for which it ends.
 
+use super::absorption::absorb;
 use super::batch::reflected;
 use super::kernel::{KernelOutput, KernelVisitor, LensRay, SurfaceKernel, dispatch};
 use super::surface::Surface;
@@ -39,7 +40,8 @@ pub fn trace_one<R: Real>(
     follow::<R, false>(ray, surfaces)
 }
 
-/// Traces like [`trace_one`]; every surface multiplies the weight by its transmittance.
+/// Traces like [`trace_one`]; every surface multiplies the weight by its transmittance,
+/// and glass that absorbs by the share of light that it lets pass.
 ///
 /// # Errors
 /// Returns the place and the reason if the ray of the first lane ends.
@@ -55,7 +57,11 @@ pub(super) fn follow<R: Real, const LOSSY: bool>(
     surfaces: &[Surface<R::Scalar>],
 ) -> Result<LensRay<R>, Blocked> {
     for surface in surfaces {
+        let from = ray.p;
         ray = dispatch::<R, _>(surface, Crossing::<R, LOSSY> { ray, surface })?;
+        if LOSSY {
+            ray = absorb(from, ray, surface);
+        }
     }
     Ok(ray)
 }

@@ -75,6 +75,8 @@ pub struct Surface<T> {
     /// Whether the surface reflects. Then `n2_step` is not that of the media but one that reveals
     /// the normal of the kernel, and the following surfaces are met in the other direction.
     pub mirror: bool,
+    /// Absorption coefficient of the medium before the surface (1/mm); none if it absorbs nothing.
+    pub absorption: Option<T>,
     /// Transmittance and reflectance.
     pub coating: CoatingModel<T>,
 }
@@ -104,6 +106,8 @@ pub(super) struct Approach {
     /// Whether this is the first row: rays start anywhere and are aimed at all of its rim.
     pub first: bool,
     pub mirror: bool,
+    /// Absorption coefficient of the medium before the surface (1/mm).
+    pub absorption: f64,
     /// Wavelength for the coating (nm).
     pub nm: f64,
 }
@@ -128,7 +132,8 @@ pub(super) fn push<R: Real>(
     approach: &Approach,
     surfaces: &mut Vec<Surface<R::Scalar>>,
 ) {
-    let &Approach { row: index, advance, sign, n, n_after, spread, first, mirror, nm } = approach;
+    let &Approach { row: index, advance, sign, n, n_after, spread, first, mirror, absorption, nm } =
+        approach;
     let curvature = sign * row.curvature();
     let n2_step = if mirror { 3.0 * n * n } else { n_after * n_after - n * n };
     let plain_stop = row.stop && row.is_plane() && n2_step == 0.0;
@@ -184,6 +189,7 @@ pub(super) fn push<R: Real>(
         limit: R::from_f64((-n2_step).max(0.0)),
         uncertainty: R::from_f64(uncertainty),
         mirror,
+        absorption: (absorption > 0.0).then(|| R::from_f64(absorption)),
         coating: CoatingModel::new::<R>(
             row.coating.as_ref().unwrap_or(&Coating::Bare),
             [n, n_after],
@@ -194,6 +200,7 @@ pub(super) fn push<R: Real>(
         kind,
         advance: R::from_f64(0.0),
         mirror: false,
+        absorption: None,
         ..surface.clone()
     };
     let iris = (row.iris != Iris::Round).then(|| {

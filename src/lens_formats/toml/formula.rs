@@ -5,10 +5,19 @@ use std::sync::Arc;
 
 use super::value::Section;
 use petzval_lens::LensError;
-use petzval_spectrum::{CatalogueGlass, Formula, Glass};
+use petzval_spectrum::{Absorption, CatalogueGlass, Formula, Glass, InternalTransmittance};
 
-const KEYS: [&str; 8] =
-    ["kind", "name", "maker", "coefficients", "powers", "resonances", "range", "published"];
+const KEYS: [&str; 9] = [
+    "kind",
+    "name",
+    "maker",
+    "coefficients",
+    "powers",
+    "resonances",
+    "range",
+    "published",
+    "transmittance",
+];
 const KINDS: &str = "sellmeier, schott, general, cauchy, herzberger, buchdahl, samples";
 
 /// Most coefficients of a formula.
@@ -95,12 +104,24 @@ pub(super) fn read(section: &Section) -> Result<Option<Glass>, LensError> {
         Ok(Cow::Owned(table.string(key)?.unwrap_or_default().to_owned()))
     };
     let published = table.number_pair("published", "expected published = [nd, Vd]")?;
+    let measured = grouped("transmittance", 3)?
+        .chunks_exact(3)
+        .map(|v| InternalTransmittance { nm: v[0], share: v[1], thickness: v[2] })
+        .collect::<Vec<_>>();
+    if let Some(InternalTransmittance { nm, share, thickness }) =
+        measured.iter().find(|entry| !entry.is_valid())
+    {
+        let found = format!("the share {share} of {thickness} mm at {nm} nm");
+        let expected = "expected wavelengths (nm), shares from 0 to 1 and thicknesses (mm)";
+        return Err(table.error("transmittance", found, expected));
+    }
     Ok(Some(Glass::Catalogue(Arc::new(CatalogueGlass {
         name: text("name")?,
         maker: text("maker")?,
         published: published.map(|(_, pair)| pair),
         formula,
         range,
+        absorption: Absorption::new(measured),
     }))))
 }
 
@@ -135,5 +156,11 @@ pub(super) fn write(glass: &CatalogueGlass, text: &mut String) {
     text.push_str(&list("range", &glass.range));
     if let Some(published) = &glass.published {
         text.push_str(&list("published", published));
+    }
+    let measured = glass.absorption.measured();
+    if !measured.is_empty() {
+        let entry = |entry: &InternalTransmittance| [entry.nm, entry.share, entry.thickness];
+        let all: Vec<f64> = measured.iter().flat_map(entry).collect();
+        text.push_str(&list("transmittance", &all));
     }
 }

@@ -1,4 +1,4 @@
-//! Decision about Fresnel losses, from the light that the surfaces of a lens reflect.
+//! Decision about losses, from the light that the surfaces of a lens reflect and its glass absorbs.
 
 use super::{DecidedBy, Finding, OmissionError, PlanInput, cost};
 use petzval_lens::{Coating, RealLens};
@@ -23,8 +23,13 @@ pub(super) fn find(input: &PlanInput, lens: &RealLens) -> Finding {
     let loss = 100.0 * (1.0 - through.mean);
     let [least, most] = through.range.map(|share| 100.0 * (1.0 - share));
     let (low, high) = (least.min(most), least.max(most));
+    let absorbing = rows.iter().filter(|row| row.glass.absorbs()).count();
+    let losers = match absorbing {
+        0 => "surfaces reflect",
+        _ => "surfaces reflect and glass absorbs",
+    };
     let reflected =
-        format!("surfaces reflect {loss:.1} % of the light, {low:.1} to {high:.1} over the film");
+        format!("{losers} {loss:.1} % of the light, {low:.1} to {high:.1} over the film");
     let (error, reason) = match lens.prescription.assumed_coating {
         true => {
             let uneven = 100.0 * through.unevenness;

@@ -18,6 +18,7 @@ mod point;
 mod section;
 mod spots;
 mod transfer;
+mod transmittance;
 mod wave;
 
 use petzval_lens::Prescription;
@@ -36,7 +37,7 @@ const SHOWN: [f64; 5] = [0.0, 0.5, 0.7, 0.85, 1.0];
 const MOST_SHOWN: usize = 12;
 
 /// Names of the analyses, in the order of the page.
-pub const ANALYSES: [&str; 19] = [
+pub const ANALYSES: [&str; 20] = [
     "prescription",
     "first-order",
     "seidel",
@@ -48,6 +49,7 @@ pub const ANALYSES: [&str; 19] = [
     "lateral-colour",
     "longitudinal",
     "relative-illumination",
+    "transmittance",
     "vignetting",
     "mtf",
     "mtf-field",
@@ -155,6 +157,7 @@ fn section(name: &str, inputs: &ReportInputs) -> Result<ReportSection, ReportFai
         "lateral-colour" => curves::lateral_colour(inputs),
         "longitudinal" => curves::longitudinal(inputs),
         "relative-illumination" => light::relative_illumination(inputs),
+        "transmittance" => transmittance::transmittance(inputs),
         "vignetting" => light::vignetting(inputs),
         "mtf" => transfer::by_frequency(inputs),
         "mtf-field" => transfer::by_field(inputs),

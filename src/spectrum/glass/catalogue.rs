@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use super::{C_LINE, D_LINE, F_LINE, Formula, G_LINE};
+use super::{Absorption, C_LINE, D_LINE, F_LINE, Formula, G_LINE};
 
 /// A glass (or crystal, plastic or liquid) whose dispersion is published.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,6 +17,8 @@ pub struct CatalogueGlass {
     pub formula: Formula,
     /// Shortest and longest wavelength of the data (nm).
     pub range: [f64; 2],
+    /// Absorption, if the catalogue states internal transmittances.
+    pub absorption: Absorption,
 }
 
 impl CatalogueGlass {

@@ -1,5 +1,6 @@
 //! Dispersion of optical media: refractive index by wavelength.
 
+mod absorption;
 mod agf;
 mod built_in;
 mod catalogue;
@@ -17,6 +18,7 @@ use std::sync::Arc;
 
 pub use likely_glass::likely_glass;
 
+pub use absorption::{Absorption, InternalTransmittance};
 pub use agf::parse as parse_agf;
 pub use catalogue::CatalogueGlass;
 pub use error::{GlassError, IndexRangeError};
@@ -150,6 +152,19 @@ impl Glass {
             Self::Catalogue(glass) => Some(&glass.name),
             _ => None,
         }
+    }
+
+    /// Returns the absorption coefficient (1/mm) at a wavelength (nm); 0 where none is known.
+    pub fn absorption(&self, nm: f64) -> f64 {
+        match self {
+            Self::Catalogue(glass) => glass.absorption.coefficient(nm),
+            _ => 0.0,
+        }
+    }
+
+    /// Returns whether the glass absorbs some light.
+    pub fn absorbs(&self) -> bool {
+        matches!(self, Self::Catalogue(glass) if !glass.absorption.measured().is_empty())
     }
 
     /// Returns whether the index is known to change with wavelength.

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::formula::chromatic_coordinate;
-use super::{C_LINE, CatalogueGlass, D_LINE, F_LINE, Formula, G_LINE, Glass, MODEL};
+use super::{Absorption, C_LINE, CatalogueGlass, D_LINE, F_LINE, Formula, G_LINE, Glass, MODEL};
 
 /// Range of model glasses (nm): from the i line to the t line of mercury.
 const RANGE: [f64; 2] = [365.0, 1014.0];
@@ -27,6 +27,7 @@ impl Glass {
             published: None,
             formula,
             range: range.unwrap_or(MODEL),
+            absorption: Absorption::default(),
         }))
     }
 

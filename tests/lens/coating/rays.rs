@@ -126,7 +126,7 @@ fn oblique_rays_lose_as_much_as_in_the_oracle_in_every_precision() {
 /// Returns the weight of a ray by the oracle and naive formulas, if it leaves the lens.
 fn oracle_weight(lens: &Prescription, film: f64, p: [f64; 3], t: [f64; 3]) -> Option<f64> {
     let mut left = 1.0;
-    let met = oracle::trace_spheres_visiting(lens, film, p, t, |row, cos| {
+    let met = oracle::trace_spheres_visiting(lens, film, p, t, |row, cos, _| {
         let [before, behind] = lens.indices(row);
         let coating = lens.rows[row].coating.as_ref().unwrap_or(&Coating::Bare);
         left *= naive_transmittance(coating, [behind, before], cos.min(1.0), D_LINE);

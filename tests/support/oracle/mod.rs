@@ -42,16 +42,17 @@ pub fn trace_spheres(
     start: V,
     towards: V,
 ) -> Result<[V; 2], usize> {
-    trace_spheres_visiting(lens, film, start, towards, |_, _| {})
+    trace_spheres_visiting(lens, film, start, towards, |_, _, _| {})
 }
 
-/// Does as [`trace_spheres`], and calls `visit` with the row and the cosine of incidence at each surface.
+/// Does as [`trace_spheres`], and calls `visit` with the row, the cosine of incidence and the point at each
+/// surface.
 pub fn trace_spheres_visiting(
     lens: &Prescription,
     film: f64,
     start: V,
     towards: V,
-    mut visit: impl FnMut(usize, f64),
+    mut visit: impl FnMut(usize, f64, V),
 ) -> Result<[V; 2], usize> {
     let mut p = start;
     let mut d = unit(towards);
@@ -67,7 +68,7 @@ pub fn trace_spheres_visiting(
             if p[0] * p[0] + p[1] * p[1] > half * half {
                 return Err(i);
             }
-            visit(i, d[2]);
+            visit(i, d[2], p);
             d = refract(d, [0.0, 0.0, -1.0], row.index, lens.index_before(i)).ok_or(i)?;
         } else {
             // The centre lies towards the film where the radius is positive.
@@ -87,7 +88,7 @@ pub fn trace_spheres_visiting(
                 return Err(i);
             }
             let n = n.map(|v| -v);
-            visit(i, -dot(d, n));
+            visit(i, -dot(d, n), p);
             d = refract(d, n, row.index, lens.index_before(i)).ok_or(i)?;
         }
         if i > 0 {

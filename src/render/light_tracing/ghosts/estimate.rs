@@ -239,7 +239,9 @@ impl GhostEstimate {
         kept: Vec<&PairEstimate>,
     ) -> Ghosts {
         let rows = &self.lens.rows;
-        let is_coloured = |row: &Row| row.coating.as_ref().is_some_and(Coating::is_coloured);
+        let is_coloured = |row: &Row| {
+            row.glass.absorbs() || row.coating.as_ref().is_some_and(Coating::is_coloured)
+        };
         let coloured = lens.bands.len() > 1 || rows.iter().any(is_coloured);
         let wavelength = self.lens.design.primary_wavelength();
         let whole = LightBand { wavelength, response: [1.0; 3] };

@@ -1,7 +1,8 @@
 //! Reader of glass catalogues in Zemax's AGF format.
 //!
-//! A glass is a line "NM name formula code nd Vd ...", then "CD" with the coefficients and "LD" with the
-//! range (um); the other lines describe its chemistry and price.
+//! A glass is a line "NM name formula code nd Vd ...", then "CD" with the coefficients, "LD" with the
+//! range (um), and "IT wavelength share thickness" (um, mm) for every measured internal transmittance;
+//! the other lines describe its chemistry and price.
 
 mod formula;
 mod text;
@@ -9,7 +10,7 @@ mod text;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::{CatalogueGlass, GlassError};
+use super::{Absorption, CatalogueGlass, GlassError, InternalTransmittance};
 use petzval_base::io::{ReadContext, excerpt};
 
 /// Largest size of a catalogue (bytes). The largest of a maker has 2 MB.
@@ -149,6 +150,9 @@ struct Entry {
     published: Option<[f64; 2]>,
     coefficients: Option<Vec<f64>>,
     range: Option<[f64; 2]>,
+    transmittances: Vec<InternalTransmittance>,
+    /// First line without an internal transmittance, and the number of such lines.
+    unusable: Option<[usize; 2]>,
 }
 
 impl Entry {
@@ -172,6 +176,8 @@ impl Entry {
             published: figure(1).zip(figure(2)).map(|(nd, vd)| [nd, vd]),
             coefficients: None,
             range: None,
+            transmittances: Vec::new(),
+            unusable: None,
         })
     }
 
@@ -189,6 +195,11 @@ impl Entry {
                 coefficients.extend(at.numbers(words)?);
             }
             ("LD", _) => self.range = Some(at.range(words)?),
+            ("IT", _) => match at.internal_transmittance(words) {
+                Some(measured) => self.transmittances.push(measured),
+                // Makers state -999 where they have none; the index is right all the same.
+                None => self.unusable.get_or_insert([at.number, 0])[1] += 1,
+            },
             _ => {}
         }
         Ok(())
@@ -204,12 +215,15 @@ impl Entry {
         };
         let coefficients = self.coefficients.as_ref().ok_or_else(|| missing("CD"))?;
         let range = self.range.ok_or_else(|| missing("LD"))?;
+        let mut absorption = Absorption::new(self.transmittances);
+        absorption.unusable = self.unusable;
         Ok(CatalogueGlass {
             formula: formula::formula(self.formula, coefficients),
             name: self.name.into(),
             maker: maker.to_owned().into(),
             published: self.published,
             range,
+            absorption,
         })
     }
 }
@@ -241,6 +255,14 @@ impl Place<'_> {
             })?);
         }
         Ok(numbers)
+    }
+
+    /// Returns an internal transmittance; `None` if the line has none that can have been measured.
+    fn internal_transmittance(&self, words: &[&str]) -> Option<InternalTransmittance> {
+        let numbers = self.numbers(words).ok()?;
+        let &[um, share, thickness, ..] = &numbers[..] else { return None };
+        let measured = InternalTransmittance { nm: um * 1000.0, share, thickness };
+        measured.is_valid().then_some(measured)
     }
 
     /// Returns the range of a glass (nm) from its line (um).

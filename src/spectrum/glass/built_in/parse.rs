@@ -6,7 +6,7 @@
 use std::str::FromStr as _;
 
 use crate::glass::model::model_formula;
-use crate::glass::{CatalogueGlass, Formula};
+use crate::glass::{Absorption, CatalogueGlass, Formula};
 
 /// Returns the glasses of a text, and whether each is widespread. Lines that are not glasses are left
 /// out; a test makes sure that there are none.
@@ -39,6 +39,7 @@ fn glass(maker: &'static str, line: &'static str) -> Option<(CatalogueGlass, boo
             _ => formula(letter, &numbers)?,
         },
         range: [low.ok()? * 1000.0, high.ok()? * 1000.0],
+        absorption: Absorption::default(),
     };
     Some((glass, common))
 }

@@ -140,6 +140,7 @@ impl Part {
             advance: R::from_f64(self.advance),
             // The polynomial contains the reflection.
             mirror: false,
+            absorption: None,
             ..rim.clone()
         }
     }
