@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use crate::aov;
 use crate::aov::{Aov, LayerRequest};
+use crate::diffraction::Diffraction;
 use crate::film::{Frame, LightSplit, Response, SpectralSplit, TILE, Tile, TileSampler};
 use crate::light_tracing::Strategy;
 use crate::light_tracing::caustics::Caustics;
@@ -59,6 +60,8 @@ pub struct Job {
     pub camera_layers: bool,
     /// The spectral bands that light is split into, with the film's response to each.
     pub bands: [LightBand; BANDS],
+    /// The point spreads of the whole picture, if the plan has found them.
+    pub diffraction: Option<Arc<Diffraction>>,
     /// The ghosts of the lens, if they are simulated.
     pub ghosts: Option<Ghosts>,
     /// The lamps that light paths start from, if light paths find their images.
@@ -74,6 +77,13 @@ pub struct Job {
 }
 
 impl Job {
+    /// Returns the point spreads of the part of the picture that is rendered.
+    pub fn point_spreads(&self) -> Arc<Diffraction> {
+        let known = self.diffraction.as_ref().filter(|spreads| *spreads.frame() == self.frame);
+        let traced = || Arc::new(Diffraction::new(&self.camera, &self.frame, &self.bands));
+        known.cloned().unwrap_or_else(traced)
+    }
+
     /// Returns the options of the picture's file that the scene asks for, with an exposure of 8-bit
     /// formats.
     pub fn encoding(&self, exposure: DisplayExposure) -> EncodingOptions {

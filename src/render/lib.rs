@@ -37,7 +37,6 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicU64};
 
 use crate::aov::FeatureFilm;
-use crate::diffraction::Diffraction;
 use crate::film::FilmSums;
 use crate::job::Job;
 use crate::plan::Effect;
@@ -179,7 +178,7 @@ fn develop(picture: Picture, job: &Job) -> Picture {
 /// Spreads a picture by diffraction, if that is planned.
 fn diffract(picture: Picture, job: &Job) -> Picture {
     match job.plan.has(Effect::Diffraction) {
-        true => Diffraction::new(&job.camera, &job.frame, &job.bands).spread(&picture),
+        true => job.point_spreads().spread(&picture),
         false => picture,
     }
 }

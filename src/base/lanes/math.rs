@@ -65,6 +65,23 @@ pub fn ln<R: Real<Scalar = f32>>(x: R) -> R {
     n.mul_add(R::constant(LN_2_HIGH), (s + s) + tail)
 }
 
+/// Returns the arctangent of x for 0 <= x <= 1, to 1e-7 (Abramowitz & Stegun 1964, 4.4.49).
+#[inline(always)]
+pub fn arctangent<R: Real<Scalar = f32>>(x: R) -> R {
+    const COEFFICIENTS: [f64; 9] = [
+        0.002_866_225_7,
+        -0.016_165_736_7,
+        0.042_909_613_8,
+        -0.075_289_640_0,
+        0.106_562_639_3,
+        -0.142_088_994_4,
+        0.199_935_508_5,
+        -0.333_331_452_8,
+        1.0,
+    ];
+    x * polynomial(x * x, COEFFICIENTS)
+}
+
 /// Returns e^-x I0(x) for x >= 0, where I0 is the modified Bessel function of the first kind of order
 /// 0. The relative error is below 1e-6 (Abramowitz & Stegun 1964, 9.8.1 and 9.8.2).
 #[inline(always)]
@@ -130,6 +147,15 @@ mod tests {
     fn both(one: f32, eight: f32x8, x: f32) -> f32 {
         assert_eq!(eight.to_array().map(f32::to_bits), [one.to_bits(); 8], "{x:e}");
         one
+    }
+
+    #[test]
+    fn arctangents_are_accurate() {
+        for i in 0..=10_000 {
+            let x = i as f32 / 10_000.0;
+            let found = f64::from(arctangent::<f32>(x));
+            assert!((found - f64::from(x).atan()).abs() < 1.5e-7, "{x}: {found}");
+        }
     }
 
     #[test]

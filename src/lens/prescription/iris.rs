@@ -46,6 +46,9 @@ pub enum MaskConvention {
     /// bright as with the round opening. The whole square is open, and values are interpolated
     /// between the centres of pixels.
     Pbrt,
+    /// Transmissions from 0 to 1 inside the round opening, interpolated between the centres of pixels:
+    /// the shape of which a mask is a drawing.
+    Smooth,
 }
 
 impl ApertureMask {
@@ -63,7 +66,7 @@ impl ApertureMask {
         let [column, row] = [pixel(x), pixel(-y)];
         match self.convention {
             MaskConvention::Physical => self.pixel(column, row),
-            MaskConvention::Pbrt => {
+            MaskConvention::Pbrt | MaskConvention::Smooth => {
                 let (left, above) = (column - 0.5, row - 0.5);
                 let (s, t) = (left - left.floor(), above - above.floor());
                 let mix =
@@ -71,6 +74,32 @@ impl ApertureMask {
                 (1.0 - t) * mix(above) + t * mix(above + 1.0)
             }
         }
+    }
+
+    /// Returns the largest transmission.
+    pub(crate) fn largest(&self) -> f32 {
+        self.transmission.iter().fold(0.0, |a, &b| a.max(b))
+    }
+
+    /// Returns whether the mask is a shape, open within and closed outside: all but a few of the pixels
+    /// that transmit a part lie between an open and a closed one.
+    pub(crate) fn is_shape(&self) -> bool {
+        let (size, largest) = (self.size, self.largest());
+        let closed = |t: f32| t <= 0.01 * largest;
+        let open = |t: f32| t >= 0.99 * largest;
+        let [mut partial, mut inner] = [0, 0];
+        for (i, &t) in self.transmission.iter().enumerate() {
+            if closed(t) || open(t) {
+                continue;
+            }
+            partial += 1;
+            let around = |k: usize| k.saturating_sub(1)..(k + 2).min(size);
+            let near = around(i / size)
+                .flat_map(|row| around(i % size).map(move |column| row * size + column));
+            let near = near.map(|i| self.transmission[i]);
+            inner += usize::from(!(near.clone().any(closed) && near.clone().any(open)));
+        }
+        largest > 0.0 && inner * 20 <= partial.max(20)
     }
 
     /// Returns the value of the pixel that contains a point; 0 outside the mask.
@@ -84,6 +113,24 @@ impl ApertureMask {
 }
 
 impl Iris {
+    /// Returns the mask, if it is one.
+    pub(crate) fn mask(&self) -> Option<&ApertureMask> {
+        match self {
+            Self::Mask(mask) => Some(mask),
+            _ => None,
+        }
+    }
+
+    /// Returns the same shape without the corners of pixels.
+    pub(crate) fn smooth(&self) -> Self {
+        match self {
+            Self::Mask(mask) if mask.convention == MaskConvention::Physical => {
+                Self::Mask(ApertureMask { convention: MaskConvention::Smooth, ..mask.clone() })
+            }
+            other => other.clone(),
+        }
+    }
+
     /// Returns the greatest distance from the axis at which light passes, in semi-diameters.
     pub fn reach(&self) -> f64 {
         match self {
@@ -99,6 +146,29 @@ impl Iris {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn drawn_shapes_are_told_from_partial_transmission() {
+        for (name, is_shape) in
+            [("square", true), ("pentagon", true), ("star", true), ("gaussian", false)]
+        {
+            let mask = ApertureMask::named(name).expect(name);
+            assert_eq!(mask.is_shape(), is_shape, "{name}");
+            assert_eq!(
+                ApertureMask::named_by_pbrt(name).expect(name).is_shape(),
+                is_shape,
+                "{name}"
+            );
+        }
+        let grey = ApertureMask {
+            name: "grey".into(),
+            size: 2,
+            transmission: [0.5, 1.0, 1.0, 1.0].into(),
+            convention: MaskConvention::Physical,
+        };
+        let halves = (0..64).map(|i| if i < 32 { 0.5 } else { 1.0 }).collect();
+        assert!(!ApertureMask { size: 8, transmission: halves, ..grey }.is_shape());
+    }
 
     #[test]
     fn masks_by_pbrt_are_interpolated_and_open_to_their_corners() {

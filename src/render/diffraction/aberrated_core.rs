@@ -167,11 +167,11 @@ impl AberratedCore {
     }
 }
 
-impl PlaneFft {
+impl PlaneFft<f64> {
     /// Returns the transform of an image of odd width and height about its middle.
     fn transform(&self, image: &[f64], side: [usize; 2]) -> Vec<Complex<f64>> {
         let [columns, rows] = self.size;
-        self.spectrum(|y, row| {
+        self.spectrum(rows, |y, row| {
             let y = (y + side[1] / 2) % rows;
             if y >= side[1] {
                 return false;

@@ -1,10 +1,11 @@
 //! Convolution kernel: the shares of a pixel's light that its surroundings receive.
 
 use petzval_lens::FilmMap;
-use rayon::prelude::*;
 
 use super::aberrated_core::AberratedCore;
-use super::point_spread::PointSpread;
+use super::far_kernel::Boundary;
+use super::kernel_sums::KernelSums;
+use super::mapped_spread::MappedSpread;
 
 /// Distance (pixels) up to which each number of sample points along a pixel's side is sufficient.
 const POINTS: [(f64, usize); 3] = [(4.0, 16), (16.0, 8), (64.0, 4)];
@@ -27,40 +28,40 @@ pub(super) struct PixelKernel {
 }
 
 impl PixelKernel {
-    /// Integrates a point spread over pixels of this width and height (um), and adds what an
-    /// aberrated wavefront changes.
+    /// Integrates a point spread over pixels of this width and height (um) up to a boundary, and adds what
+    /// an aberrated wavefront changes. Its sum is `whole`, by channel.
     pub fn new(
-        spread: &PointSpread,
+        spread: &MappedSpread,
         core: Option<AberratedCore>,
+        boundary: Option<Boundary>,
         pitch: [f64; 2],
         reach: [usize; 2],
+        whole: [f64; 3],
     ) -> Self {
         let width = 2 * reach[0] + 1;
         let mut half = vec![[0.0f32; 3]; width * (reach[1] + 1)];
         let area = pitch[0] * pitch[1];
-        half.par_chunks_mut(width).enumerate().for_each(|(row, shares)| {
-            for (column, share) in shares.iter_mut().enumerate() {
-                let offset = [column as f64 - reach[0] as f64, row as f64];
-                let far = offset[0].hypot(offset[1]);
-                let points = POINTS.iter().find(|(reach, _)| far < *reach);
-                let points = points.map_or(FAR_POINTS, |(_, points)| *points);
-                let part = |i: usize| (i as f64 + 0.5) / points as f64 - 0.5;
-                let mut sum = [0.0; 3];
-                for i in 0..points * points {
-                    let at = [offset[0] + part(i % points), offset[1] + part(i / points)];
-                    let along = |axis: usize| f64::from(FilmMap::DIRECTIONS[axis]) * at[axis];
-                    let there = spread.at([0, 1].map(|axis| along(axis) * pitch[axis]));
-                    sum = [0, 1, 2].map(|c| sum[c] + there[c]);
-                }
-                *share = sum.map(|sum| (sum * area / (points * points) as f64) as f32);
+        for (i, share) in half.iter_mut().enumerate() {
+            let offset = [(i % width) as f64 - reach[0] as f64, (i / width) as f64];
+            let far = offset[0].hypot(offset[1]);
+            let near = boundary.map_or(1.0, |boundary| boundary.near(far));
+            if near == 0.0 {
+                continue;
             }
-        });
-        let mut kernel = Self { reach, half, core };
-        let extent = [0, 1].map(|i| (reach[i] as f64 + 0.5) * pitch[i]);
-        let outside = spread.outside(extent);
-        for (channel, outside) in outside.into_iter().enumerate() {
-            kernel.normalize(channel, 1.0 - outside);
+            let points = POINTS.iter().find(|(reach, _)| far < *reach);
+            let points = points.map_or(FAR_POINTS, |(_, points)| *points);
+            let part = |i: usize| (i as f64 + 0.5) / points as f64 - 0.5;
+            let mut sum = [0.0; 3];
+            for i in 0..points * points {
+                let at = [offset[0] + part(i % points), offset[1] + part(i / points)];
+                let along = |axis: usize| f64::from(FilmMap::DIRECTIONS[axis]) * at[axis];
+                let there = spread.at([0, 1].map(|axis| along(axis) * pitch[axis]));
+                sum = [0, 1, 2].map(|c| sum[c] + there[c]);
+            }
+            *share = sum.map(|sum| (near * sum * area / (points * points) as f64) as f32);
         }
+        let mut kernel = Self { reach, half, core };
+        (0..3).for_each(|channel| kernel.normalize(channel, whole[channel]));
         kernel
     }
 
@@ -112,37 +113,19 @@ impl PixelKernel {
         true
     }
 
-    /// Returns for every pixel of a picture the share of the kernel that lies inside the picture.
-    pub fn shares_inside(&self, channel: usize, [width, height]: [usize; 2]) -> Vec<f32> {
-        let [right, down] = self.reach;
-        let columns = 2 * right + 1;
-        // Summed-area table.
-        let mut sums = vec![0.0; (columns + 1) * (down + 2)];
-        for y in 0..=down {
-            let mut sum = 0.0;
-            for x in 0..columns {
-                sum += f64::from(self.half[y * columns + x][channel]);
-                let above = sums[y * (columns + 1) + x + 1];
-                sums[(y + 1) * (columns + 1) + x + 1] = above + sum;
+    /// Returns a function of a pixel of a picture of this size: the share of a channel of its kernel that
+    /// lies inside.
+    pub fn inside(&self, channel: usize, size: [usize; 2]) -> impl Fn([usize; 2]) -> f64 + Sync {
+        let sums = KernelSums::new(self.reach, &self.half, channel);
+        let whole = sums.whole();
+        move |at| {
+            let after = [0, 1].map(|i| size[i] - 1 - at[i]);
+            if (0..2).all(|i| at[i].min(after[i]) >= self.reach[i]) {
+                return whole;
             }
+            let change = self.core.as_ref();
+            sums.inside(at, size)
+                + change.map_or(0.0, |core| core.change_within(channel, at, after))
         }
-        let part = |[x0, x1]: [usize; 2], [y0, y1]: [usize; 2]| {
-            let sum = |x: usize, y: usize| sums[y * (columns + 1) + x];
-            sum(x1, y1) - sum(x0, y1) - sum(x1, y0) + sum(x0, y0)
-        };
-        let mut inside = vec![0.0; width * height];
-        inside.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
-            for (x, inside) in row.iter_mut().enumerate() {
-                let (left, right_of) = (right.min(width - 1 - x), right.min(x));
-                let below = part([right - left, right + right_of + 1], [0, down.min(y) + 1]);
-                let last = down.min(height - 1 - y);
-                let above = part([right - right_of, right + left + 1], [1, last + 1]);
-                let change = self.core.as_ref().map_or(0.0, |core| {
-                    core.change_within(channel, [x, y], [width - 1 - x, height - 1 - y])
-                });
-                *inside = (below + above + change) as f32;
-            }
-        });
-        inside
     }
 }

@@ -7,12 +7,14 @@
 //!
 //! Radii are measured in fringes: wavelength over pupil width.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 
 use rayon::prelude::*;
 
 use super::band_integral::BandIntegrals;
 use super::pupil_transform::{PupilTransform, halve};
+use petzval_base::lanes::math::{arctangent, ln};
+use petzval_base::lanes::{Real, f32x8};
 use petzval_lens::ExitPupil;
 use petzval_spectrum::LightBand;
 
@@ -34,9 +36,9 @@ const FIRST: f64 = 0.04;
 /// by their response, with equal weights within a band.
 #[derive(Clone, Debug)]
 pub struct PointSpread {
-    /// By direction over 180 degrees, from the film's +x towards +y, then by radius. The other half
-    /// is the same.
-    table: Vec<[f32; 3]>,
+    /// By radius, then by direction over 180 degrees, from the film's +x towards +y, with the first one
+    /// again behind the last. The other half is the same. The fourth number is 0.
+    table: Vec<[f32; 4]>,
     directions: usize,
     radii: usize,
     /// First radius (um).
@@ -67,9 +69,9 @@ impl PointSpread {
         let transform = PupilTransform::new(pupil, width, fringes);
         let integrals = BandIntegrals::new(light, &wavelengths, &transform, [first, radii as f64]);
         let directions = DIRECTIONS * fringes;
-        let mut table = vec![[0.0; 3]; directions * radii];
+        let mut rows = vec![[0.0; 3]; directions * radii];
         let buffers = || (transform.fft.scratch(), Vec::new());
-        table.par_chunks_mut(radii).enumerate().for_each_init(
+        rows.par_chunks_mut(radii).enumerate().for_each_init(
             buffers,
             |(scratch, power), (direction, row)| {
                 let angle = PI * direction as f64 / directions as f64;
@@ -80,6 +82,13 @@ impl PointSpread {
                 integrals.fill(power, row);
             },
         );
+        let mut table = vec![[0.0; 4]; (directions + 1) * radii];
+        table.par_chunks_mut(directions + 1).enumerate().for_each(|(ring, line)| {
+            for (direction, value) in line.iter_mut().enumerate() {
+                let [r, g, b] = rows[direction % directions * radii + ring];
+                *value = [r, g, b, 0.0];
+            }
+        });
         let last = first * RATIO.powi(radii as i32 - 1);
         Self { table, directions, radii, first, last }
     }
@@ -93,42 +102,61 @@ impl PointSpread {
         let half_turns = y.atan2(x) / PI;
         let place = (half_turns - half_turns.floor()) * self.directions as f64;
         let (direction, across) = split(place, self.directions + 1);
-        let next = (direction + 1) % self.directions;
         let beyond = (self.last / radius.max(self.last)).powi(3);
-        let row = |direction: usize| &self.table[direction * self.radii + ring..][..2];
-        let (a, b) = (row(direction), row(next));
+        let row = |ring: usize| &self.table[ring * (self.directions + 1) + direction..][..2];
+        let (near, far) = (row(ring), row(ring + 1));
         [0, 1, 2].map(|c| {
-            let mix = |row: &[[f32; 3]]| {
-                let [near, far] = [row[0][c], row[1][c]].map(f64::from);
-                near + along * (far - near)
+            let mix = |row: &[[f32; 4]]| {
+                let [a, b] = [row[0][c], row[1][c]].map(f64::from);
+                a + across * (b - a)
             };
-            beyond * (mix(a) + across * (mix(b) - mix(a)))
+            beyond * (mix(near) + along * (mix(far) - mix(near)))
         })
     }
 
-    /// Returns the share of the light, by channel, outside a rectangle of these half sizes (um)
-    /// about the point.
-    pub fn outside(&self, half: [f64; 2]) -> [f64; 3] {
-        let along = |direction: usize| {
-            let angle = PI * (direction as f64 + 0.5) / self.directions as f64;
-            let (sin, cos) = angle.sin_cos();
-            let mut radius = (half[0] / cos.abs()).min(half[1] / sin.abs());
-            let mut sum = [0.0; 3];
-            while radius < self.last {
-                let next = radius * RATIO;
-                let middle = (radius + next) / 2.0;
-                let there = self.at([middle * cos, middle * sin]);
-                sum = [0, 1, 2].map(|c| sum[c] + there[c] * middle * (next - radius));
-                radius = next;
-            }
-            // The rest decays as the cube of the distance.
-            let there = self.at([radius * cos, radius * sin]);
-            [0, 1, 2].map(|c| sum[c] + there[c] * radius * radius)
-        };
-        // The sum is sequential, so that it does not depend on the number of threads.
-        let all: Vec<[f64; 3]> = (0..self.directions).into_par_iter().map(along).collect();
-        let sum = all.iter().fold([0.0; 3], |sum, v| [0, 1, 2].map(|c| sum[c] + v[c]));
-        sum.map(|sum| sum * TAU / self.directions as f64)
+    /// Returns the densities at eight offsets as [`Self::at`] does, in f32, and a number without
+    /// meaning.
+    #[inline(always)]
+    pub(super) fn at_lanes(&self, [x, y]: [f32x8; 2]) -> [[f32; 4]; 8] {
+        let constant = |v: f64| f32x8::splat(v as f32);
+        let zero = f32x8::splat(0.0);
+        let r2 = x * x + y * y;
+        // No pixel is so near to its own centre.
+        let scaled = (r2 * constant(1.0 / (self.first * self.first))).max(f32x8::splat(1.0));
+        let place = ln(scaled) * constant(0.5 / RATIO.ln());
+        let place = place.min(constant((self.radii - 1) as f64));
+        // The angle over 180 degrees, from that to the nearer axis.
+        let (wide, high) = (x.abs(), y.abs());
+        let ratio = wide.min(high) / wide.max(high).max(f32x8::splat(f32::MIN_POSITIVE));
+        let turn = arctangent(ratio) * constant(1.0 / PI);
+        let turn = f32x8::select(wide.lt(high), constant(0.5) - turn, turn);
+        let mirrored = (x * y).lt(zero);
+        let turn = f32x8::select(mirrored, constant(1.0) - turn, turn);
+        let angle = turn * constant(self.directions as f64);
+        let last = constant(self.last);
+        let beyond = last / r2.sqrt().max(last);
+        let beyond = beyond * beyond * beyond;
+        let (mut places, mut angles, mut factors) = ([0.0; 8], [0.0; 8], [0.0; 8]);
+        place.store(&mut places);
+        angle.store(&mut angles);
+        beyond.store(&mut factors);
+        std::array::from_fn(|lane| {
+            let ring = (places[lane] as usize).min(self.radii - 2);
+            let direction = (angles[lane] as usize).min(self.directions - 1);
+            let (along, across) = (places[lane] - ring as f32, angles[lane] - direction as f32);
+            let row = |ring: usize| &self.table[ring * (self.directions + 1) + direction..][..2];
+            let (near, far) = (row(ring), row(ring + 1));
+            let weights = [1.0 - along, along].map(|v| factors[lane] * v);
+            std::array::from_fn(|c| {
+                let mix = |row: &[[f32; 4]]| row[0][c] + across * (row[1][c] - row[0][c]);
+                weights[0] * mix(near) + weights[1] * mix(far)
+            })
+        })
+    }
+
+    /// Returns the last radius of the table (um).
+    pub(super) fn last(&self) -> f64 {
+        self.last
     }
 }
 

@@ -3,17 +3,18 @@
 use std::f64::consts::{PI, TAU};
 
 use super::fourier::{LineFft, LineFftScratch};
-use petzval_lens::ExitPupil;
+use petzval_lens::{ExitPupil, PupilEdge};
 
 /// Points of a line per fringe. The spacing is a quarter of a fringe, half of what the square of a
 /// transform needs, and the last frequency is twice the last fringe.
 const LINE: usize = 16;
-/// The least extent of an edge along a line, in spacings. Shorter edges are stretched to it.
+/// The least extent of an edge along a line (spacings). Shorter edges are stretched to it.
 const SHORTEST: f64 = 1e-3;
 
 /// The Fourier transform of a pupil along lines through its centre.
 pub(super) struct PupilTransform<'a> {
     pub pupil: &'a ExitPupil,
+    centre: [f64; 2],
     /// Twice the largest distance of a pupil point from the centre.
     width: f64,
     fringes: usize,
@@ -26,7 +27,8 @@ pub(super) struct PupilTransform<'a> {
 impl<'a> PupilTransform<'a> {
     pub fn new(pupil: &'a ExitPupil, width: f64, fringes: usize) -> Self {
         let fft = LineFft::new(LINE * fringes);
-        let mut lines = Self { pupil, width, fringes, fft, scales: Vec::new() };
+        let centre = pupil.centre();
+        let mut lines = Self { pupil, centre, width, fringes, fft, scales: Vec::new() };
         let scale = |i: usize| {
             let k = TAU * lines.step() * i as f64;
             let half = PI * i as f64 / (LINE * fringes) as f64;
@@ -56,43 +58,45 @@ impl<'a> PupilTransform<'a> {
     pub fn power(&self, angle: f64, scratch: &mut LineFftScratch, power: &mut Vec<f64>) {
         let (sin, cos) = angle.sin_cos();
         let spacing = self.spacing();
-        let [x, y] = self.pupil.centre();
+        let [x, y] = self.centre;
         let origin = x * cos + y * sin;
         let len = scratch.numbers.len();
         scratch.numbers.fill(0.0);
-        let mut put = |at: f64, height: f64| {
-            let place = at / spacing + len as f64 / 2.0;
-            let (before, share) = (place.floor(), place - place.floor());
-            let first = before as usize;
+        let mut put = |place: f64, height: f64| {
+            let before = place as usize;
+            let share = place - before as f64;
             let rest = 1.0 - share;
+            let (share2, rest2) = (share * share, rest * rest);
             let weights = [
-                rest * rest * rest,
-                4.0 - 6.0 * share * share + 3.0 * share * share * share,
-                4.0 - 6.0 * rest * rest + 3.0 * rest * rest * rest,
-                share * share * share,
+                rest * rest2,
+                4.0 - 6.0 * share2 + 3.0 * share * share2,
+                4.0 - 6.0 * rest2 + 3.0 * rest * rest2,
+                share * share2,
             ];
-            let points = &mut scratch.numbers[first - 1..first + 3];
-            points.iter_mut().zip(weights).for_each(|(p, w)| *p += height * w / 6.0);
+            let points = &mut scratch.numbers[before - 1..before + 3];
+            points.iter_mut().zip(weights).for_each(|(p, w)| *p += height * w);
         };
+        let per_spacing = spacing.recip();
+        let middle = len as f64 / 2.0 - origin * per_spacing;
         let mut moment = 0.0;
-        for edge in &self.pupil.edges {
-            let s = |[x, y]: [f64; 2]| x * cos + y * sin - origin;
+        for &PupilEdge { from, to, step } in &self.pupil.edges {
+            let s = |[x, y]: [f64; 2]| (x * cos + y * sin) * per_spacing + middle;
             let t = |[x, y]: [f64; 2]| y * cos - x * sin;
-            let (mut from, mut to) = (s(edge.from), s(edge.to));
-            let along = t(edge.to) - t(edge.from);
-            moment += edge.step * along * (from + to) / 2.0;
-            if (to - from).abs() < SHORTEST * spacing {
-                let middle = (from + to) / 2.0;
-                let half = SHORTEST * spacing / 2.0;
-                (from, to) = (middle - half, middle + half);
+            let (mut from_s, mut to_s) = (s(from), s(to));
+            let along = step * (t(to) - t(from));
+            moment += along * ((from_s + to_s) / 2.0 - len as f64 / 2.0);
+            if (to_s - from_s).abs() < SHORTEST {
+                let at = (from_s + to_s) / 2.0;
+                (from_s, to_s) = (at - SHORTEST / 2.0, at + SHORTEST / 2.0);
             }
-            let slope = edge.step * along / (to - from);
-            put(from, slope);
-            put(to, -slope);
+            // The spline's weights are sixths.
+            let slope = along / (to_s - from_s) * (per_spacing / 6.0);
+            put(from_s, slope);
+            put(to_s, -slope);
         }
         self.fft.transform(scratch);
         power.clear();
-        power.push(moment * moment);
+        power.push((moment * spacing).powi(2));
         let transformed = scratch.spectrum[1..].iter().zip(&self.scales);
         power.extend(transformed.map(|(value, scale)| value.norm_sqr() * scale));
     }

@@ -1,15 +1,18 @@
 //! Decision about diffraction, from the width of the point spread.
 
 use super::{Cost, DecidedBy, Effect, Finding, OmissionError, PlanInput, cost, pixels_per_um};
-use crate::diffraction::{Diffraction, PointSpread};
+use std::sync::Arc;
+
+use crate::diffraction::{Diffraction, DiffractionWork, PointSpread};
 use crate::film::Frame;
 use petzval_lens::{ExitPupil, RealLens, Wavefront};
 
 /// A wavelength in the middle of the visible range (um).
 const GREEN: f64 = 0.55;
-/// Cost of a zone [ns of one core]: for each pixel of the picture, and for its table. Measured by
+/// Cost on one core (ns): of a zone, of a table of light that is spread far, and of one that is spread near,
+/// and of a pixel of the planes of near and of far zones. Measured by
 /// `cargo bench --bench effects -- diffraction`.
-const NS: [f64; 2] = [900.0, 3.5e8];
+const NS: [f64; 5] = [4e7, 3.3e8, 3e7, 60.0, 100.0];
 /// Largest rms error of a diffraction-limited wavefront (waves) (Marechal 1943).
 const GOOD: f64 = 1.0 / 14.0;
 
@@ -64,10 +67,13 @@ fn price(input: &PlanInput, by_default: bool) -> Option<Cost> {
         return None;
     }
     let frame = Frame::whole(input.resolution);
-    let zones = Diffraction::new(input.camera, &frame, input.bands).zones() as f64;
+    let traced = || Arc::new(Diffraction::new(input.camera, &frame, input.bands));
+    let DiffractionWork { zones, far_tables, near_tables, near, far } =
+        input.diffraction.get_or_init(traced).work(input.resolution.map(|n| n as usize));
+    let counts = [zones as f64, far_tables as f64, near_tables as f64, near, far];
+    let ns: f64 = NS.iter().zip(counts).map(|(ns, count)| ns * count).sum();
     let pixels = input.resolution.map(f64::from).iter().product::<f64>();
-    let samples = f64::from(input.samples.max(1));
-    cost(input, zones * (NS[0] + NS[1] / pixels) / samples)
+    cost(input, ns / pixels / f64::from(input.samples.max(1)))
 }
 
 /// Returns the light that the brightest spot spreads to [`AWAY`] in the brightest direction, relative

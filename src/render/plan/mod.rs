@@ -26,6 +26,9 @@ pub use image_motion::MotionInput;
 pub use selection::{EffectSelection, VisibilityThreshold};
 pub use tilt_shift::Misalignment;
 
+use std::sync::{Arc, OnceLock};
+
+use crate::diffraction::Diffraction;
 use crate::light_tracing::ghosts::GhostEstimate;
 use crate::sensor::Sensor;
 use effect::{Finder, effects};
@@ -69,6 +72,8 @@ pub struct PlanInput<'a> {
     pub bands: &'a [LightBand],
     /// Whether the film sees a narrow band of light.
     pub narrow_band: bool,
+    /// The point spreads of the whole picture, once the price of diffraction was asked for.
+    pub diffraction: &'a OnceLock<Arc<Diffraction>>,
     /// The source of the wish for buckets of wavelength, if the film has any.
     pub buckets: Option<DecidedBy>,
     /// Whether unknown dispersion is guessed.

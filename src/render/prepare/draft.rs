@@ -88,6 +88,7 @@ pub(super) fn draft(
     report.number("seed", f64::from(seed));
     let imaging_ratio = imaging_ratio * exposure.efficiency;
     let mut job = Job {
+        diffraction: None,
         scene,
         spectral: None,
         camera: Camera { model, film: film_size, world_from_camera, imaging_ratio, depth },

@@ -15,7 +15,7 @@ mod viewpoint;
 pub use changes::{Changes, FocusOn};
 pub use viewpoint::Viewpoint;
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use crate::RenderError;
 use crate::job::{Job, StopCriteria};
@@ -191,8 +191,10 @@ fn plan_job(
     let Draft { mut job, misalignment, sensor, pitch } =
         draft(description, changes, context, excluded, &exposure, &mut report)?;
     let measured = measure(&job, changes, excluded)?;
+    let diffraction = OnceLock::new();
     let decide = |measured: &Measured| {
         plan(&PlanInput {
+            diffraction: &diffraction,
             camera: &job.camera,
             resolution: job.frame.resolution,
             bands: &job.bands,
@@ -216,6 +218,7 @@ fn plan_job(
         })
     };
     job.plan = measured.as_ref().map_or_else(Plan::unwanted, decide);
+    job.diffraction = diffraction.into_inner();
     let Measured { ghosts, pilot } = measured.unwrap_or_default();
     apply_plan(&mut job, exposure, ghosts.as_ref())?;
     job.response.buckets = buckets

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use petzval_lens::{ApertureMask, ExitPupil, Iris, RealRayFocus, Wavefront};
+use petzval_lens::{ApertureMask, ExitPupil, Iris, RealLens, RealRayFocus, Wavefront};
 use petzval_render::diffraction::PointSpread;
 use petzval_spectrum::bands;
 
@@ -86,8 +86,7 @@ fn a_square_stop_has_the_zeros_of_a_sine() {
         let found = pupil.density([x, y], GREEN);
         assert!((found - expected).abs() < 1e-9 * peak, "{x}, {y}: {found}, not {expected}");
     }
-    // The zeros of a square aperture are at multiples of lambda / side. Four blades and a mask use the
-    // two methods of finding a pupil.
+    // The zeros of a square aperture are at multiples of lambda / side, whether blades form it or a mask.
     let mask = Iris::Mask(ApertureMask::named("square").expect("a mask of pbrt's"));
     for (iris, turned) in [(blades(4, 45.0), true), (mask, false)] {
         let pupil = ExitPupil::trace(&dgauss(8.0, iris), [0.0; 2]).expect("light");
@@ -100,46 +99,71 @@ fn a_square_stop_has_the_zeros_of_a_sine() {
     }
 }
 
+/// Returns the directions of the rays far from the light (tenths of a degree).
+fn rays(lens: &RealLens) -> Vec<usize> {
+    let pupil = ExitPupil::trace(lens, [0.0; 2]).expect("light");
+    let spread = PointSpread::new(&pupil, &bands(), 2000.0, 5.0);
+    let far = |tenths: usize| {
+        let (sin, cos) = (0.1 * tenths as f64).to_radians().sin_cos();
+        let radii = (0..40).map(|i| 400.0 + 10.0 * f64::from(i));
+        radii.map(|radius| spread.at([radius * cos, radius * sin])[1]).sum::<f64>()
+    };
+    let steps = 3600;
+    let around: Vec<f64> = (0..steps).map(far).collect();
+    let mean = around.iter().sum::<f64>() / steps as f64;
+    let peak = |&i: &usize| {
+        let near = |k: usize| around[(i + k + steps - 20) % steps];
+        around[i] > 4.0 * mean && (0..=40).all(|k| near(k) <= around[i])
+    };
+    (0..steps).filter(peak).collect()
+}
+
+/// Checks that the rays stand at right angles to the blades, whose first corner is rotated.
+fn assert_rays(found: &[usize], count: u32, rotation: f64, what: &str) {
+    let rays = if count.is_multiple_of(2) { count } else { 2 * count };
+    assert_eq!(found.len(), rays as usize, "{what}: {found:?}");
+    // The middle of the first blade is half an angle beyond the first corner.
+    let first = rotation + 180.0 / f64::from(count);
+    let between = 360.0 / f64::from(rays);
+    for ray in found {
+        let off = (0.1 * *ray as f64 - first).rem_euclid(between);
+        assert!(off.min(between - off) < 0.3, "{what}: a ray at {} degrees", 0.1 * *ray as f64);
+    }
+}
+
 #[test]
 fn blades_cause_rays_at_right_angles() {
     // Far from the centre light concentrates in rays at right angles to each blade, to both sides.
-    for (count, rays) in [(5, 10), (6, 6), (7, 14), (8, 8)] {
-        let rotation = 11.0;
-        let lens = dgauss(16.0, blades(count, rotation));
-        let pupil = ExitPupil::trace(&lens, [0.0; 2]).expect("light");
-        let spread = PointSpread::new(&pupil, &bands(), 2000.0, 5.0);
-        let far = |degrees: f64| {
-            let (sin, cos) = degrees.to_radians().sin_cos();
-            (0..40)
-                .map(|i| {
-                    spread.at([
-                        (400.0 + 10.0 * f64::from(i)) * cos,
-                        (400.0 + 10.0 * f64::from(i)) * sin,
-                    ])[1]
-                })
-                .sum::<f64>()
-        };
-        let steps = 3600;
-        let around: Vec<f64> = (0..steps).map(|i| far(0.1 * f64::from(i))).collect();
-        let mean = around.iter().sum::<f64>() / f64::from(steps);
-        let peak = |&i: &usize| {
-            let near = |k: usize| around[(i + k + steps as usize - 20) % steps as usize];
-            around[i] > 4.0 * mean && (0..=40).all(|k| near(k) <= around[i])
-        };
-        let peaks: Vec<usize> = (0..steps as usize).filter(peak).collect();
-        assert_eq!(peaks.len(), rays, "{count} blades: {peaks:?}");
-        // The middle of the first blade is half an angle beyond the first corner.
-        let first = rotation + 180.0 / f64::from(count);
-        let between = 360.0 / rays as f64;
-        for peak in peaks {
-            let off = (0.1 * peak as f64 - first).rem_euclid(between);
-            assert!(
-                off.min(between - off) < 0.3,
-                "{count} blades: a ray at {} degrees",
-                0.1 * peak as f64
-            );
-        }
+    for count in 5..9 {
+        let rays = rays(&dgauss(16.0, blades(count, 11.0)));
+        assert_rays(&rays, count, 11.0, &format!("{count} blades"));
     }
+}
+
+/// The corners of pixels would spread light along rows and columns, and take the rays from the blades.
+#[test]
+fn drawn_blades_cause_the_rays_of_blades() {
+    let mask = ApertureMask::named("pentagon").expect("a mask of pbrt's");
+    assert_rays(&rays(&dgauss(12.0, Iris::Mask(mask))), 5, 90.0, "a drawn pentagon");
+}
+
+#[test]
+fn an_opening_that_darkens_towards_its_rim_has_weaker_rings() {
+    // The first ring of a round pupil has 0.0175 of its centre, at 1.635 lambda N.
+    let ring = |iris: Iris| {
+        let pupil = ExitPupil::trace(&dgauss(8.0, iris), [0.0; 2]).expect("light");
+        let n = 1.0 / pupil.width(0.0);
+        let most = |from: f64| {
+            let radii = (0..60).map(|i| (from + 0.01 * f64::from(i)) * GREEN * n);
+            radii.map(|radius| pupil.density([radius, 0.0], GREEN)).fold(0.0, f64::max)
+        };
+        most(1.35) / pupil.density([0.0; 2], GREEN)
+    };
+    let round = ring(Iris::Round);
+    assert!((round - 0.0175).abs() < 5e-4, "{round}");
+    let gaussian = ApertureMask::named("gaussian").expect("a mask of pbrt's");
+    let soft = ring(Iris::Mask(gaussian));
+    assert!(soft > 1e-4 && soft < 0.012, "{soft}");
 }
 
 #[test]

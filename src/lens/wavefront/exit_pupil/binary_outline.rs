@@ -16,7 +16,8 @@ const ROUNDS: usize = 5;
 /// Corners along each side of the grid.
 const SIDE: usize = GRID + 1;
 
-pub(super) fn trace(view: &mut PupilView, pupil_box: PupilBox) -> Option<ExitPupil> {
+/// Traces the outline of the light above a level.
+pub(super) fn trace(view: &mut PupilView, pupil_box: PupilBox, level: f32) -> Option<ExitPupil> {
     // No light was found beyond the box; one more cell closes every outline.
     let pupil_box = pupil_box.grown(pupil_box.size().map(|size| size / (GRID - 2) as f64));
     let cell = pupil_box.size().map(|size| size / GRID as f64);
@@ -26,7 +27,7 @@ pub(super) fn trace(view: &mut PupilView, pupil_box: PupilBox) -> Option<ExitPup
     };
     let light = view.light(SIDE * SIDE, place);
     let inside = |i: usize| (1..GRID).contains(&(i % SIDE)) && (1..GRID).contains(&(i / SIDE));
-    let lit: Vec<bool> = (0..SIDE * SIDE).map(|i| light[i] > 0.0 && inside(i)).collect();
+    let lit: Vec<bool> = (0..SIDE * SIDE).map(|i| light[i] > level && inside(i)).collect();
     // By corner and axis: the index of the crossing on the cell side that starts there, if the
     // outline crosses it.
     let mut crossed = vec![usize::MAX; 2 * SIDE * SIDE];
@@ -41,7 +42,7 @@ pub(super) fn trace(view: &mut PupilView, pupil_box: PupilBox) -> Option<ExitPup
             }
         }
     }
-    let points = crossings(view, spans);
+    let points = crossings(view, spans, level);
     let mut edges = Vec::with_capacity(points.len());
     for i in (0..GRID * SIDE).filter(|i| i % SIDE < GRID) {
         // Counter-clockwise; a side leads from each corner to the next.
@@ -64,7 +65,7 @@ pub(super) fn trace(view: &mut PupilView, pupil_box: PupilBox) -> Option<ExitPup
 }
 
 /// Returns where the light ends between a lit and a dark point, as T.
-fn crossings(view: &mut PupilView, mut spans: Vec<[[f64; 2]; 2]>) -> Vec<[f64; 2]> {
+fn crossings(view: &mut PupilView, mut spans: Vec<[[f64; 2]; 2]>, level: f32) -> Vec<[f64; 2]> {
     let between = |[from, to]: [[f64; 2]; 2], k: usize| {
         let share = k as f64 / (POINTS + 1) as f64;
         [0, 1].map(|axis| from[axis] + share * (to[axis] - from[axis]))
@@ -73,7 +74,7 @@ fn crossings(view: &mut PupilView, mut spans: Vec<[[f64; 2]; 2]>) -> Vec<[f64; 2
         let light =
             view.light(spans.len() * POINTS, |i| between(spans[i / POINTS], i % POINTS + 1));
         for (span, light) in spans.iter_mut().zip(light.chunks_exact(POINTS)) {
-            let dark = light.iter().position(|&light| light <= 0.0).unwrap_or(POINTS);
+            let dark = light.iter().position(|&light| light <= level).unwrap_or(POINTS);
             *span = [between(*span, dark), between(*span, dark + 1)];
         }
     }

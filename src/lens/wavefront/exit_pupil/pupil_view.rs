@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use crate::camera::RealLens;
+use crate::prescription::Prescription;
 use crate::pupil::outline::PupilBox;
 use crate::pupil::scan::{BoxSearch, PupilScan, rough_surfaces};
 
@@ -26,8 +27,9 @@ pub(super) struct PupilView {
 }
 
 impl PupilView {
-    pub fn new(lens: &RealLens, film: [f64; 2]) -> Self {
-        let RealLens { prescription, film_distance, .. } = lens;
+    /// Takes a film point (mm, the film's frame) and the lens, whose openings are those of a prescription.
+    pub fn new(lens: &RealLens, prescription: &Prescription, film: [f64; 2]) -> Self {
+        let film_distance = &lens.film_distance;
         let surfaces = rough_surfaces(prescription, *film_distance);
         let radius = film[0].hypot(film[1]);
         let rotation = if radius > 0.0 { film.map(|v| v / radius) } else { [1.0, 0.0] };
