@@ -46,5 +46,5 @@ fn read(path: &Path, most: f32, context: &ReadContext) -> Result<ApertureMask, I
     }
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let convention = MaskConvention::Physical;
-    Ok(ApertureMask { name, size: width, transmission, convention })
+    Ok(ApertureMask { name, size: width, transmission, convention, is_shape: false })
 }

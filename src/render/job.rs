@@ -60,7 +60,7 @@ pub struct Job {
     pub camera_layers: bool,
     /// The spectral bands that light is split into, with the film's response to each.
     pub bands: [LightBand; BANDS],
-    /// The point spreads of the whole picture, if the plan has found them.
+    /// The point spreads of the whole picture, if the plan traced them.
     pub diffraction: Option<Arc<Diffraction>>,
     /// The ghosts of the lens, if they are simulated.
     pub ghosts: Option<Ghosts>,
@@ -78,8 +78,9 @@ pub struct Job {
 
 impl Job {
     /// Returns the point spreads of the part of the picture that is rendered.
-    pub fn point_spreads(&self) -> Arc<Diffraction> {
-        let known = self.diffraction.as_ref().filter(|spreads| *spreads.frame() == self.frame);
+    pub(crate) fn point_spreads(&self) -> Arc<Diffraction> {
+        let known = self.diffraction.as_ref();
+        let known = known.filter(|spreads| spreads.is_of(&self.camera, &self.frame));
         let traced = || Arc::new(Diffraction::new(&self.camera, &self.frame, &self.bands));
         known.cloned().unwrap_or_else(traced)
     }

@@ -14,7 +14,6 @@ use petzval_spectrum::{
 use super::light::{IntensityDistribution, Light};
 use super::material::{Material, MaterialModel};
 use super::material_colours::Quantity;
-use super::measured::MeasuredSurface;
 use super::medium::{Medium, MediumSpectra};
 use super::texture::{SolidPattern, Texture};
 use super::{Lights, Scene};
@@ -160,8 +159,8 @@ impl Material {
 
     /// Returns whether a colour of the material has a spectrum.
     fn has_spectrum(&self) -> bool {
-        let measured = |surface: &MeasuredSurface| surface.has_spectra();
-        let mut any = matches!(&self.model, MaterialModel::Measured(surface) if measured(surface));
+        let mut any =
+            matches!(&self.model, MaterialModel::Measured(surface) if surface.has_spectra());
         self.model.with_colours(&mut |texture, _| {
             texture.with_leaves(&mut |leaf| {
                 any |= matches!(leaf, Texture::Spectrum(_));

@@ -215,9 +215,12 @@ impl Colours {
         let MaterialModel::Measured(surface) = &material.model else { return };
         let Some(mean) = surface.mean_spectrum() else { return };
         let brightest = mean.to_rgb().into_iter().fold(0.0, f64::max);
+        if brightest <= 0.0 {
+            return;
+        }
         let spectrum = mean.scaled((0.5 / brightest) as f32);
         let rgb = spectrum.to_rgb();
-        if brightest > 0.0 && self.is_new(rgb.map(|c| c as f32)) {
+        if self.is_new(rgb.map(|c| c as f32)) {
             self.all.push(Seen { rgb, spectrum, is_stated: true });
         }
     }

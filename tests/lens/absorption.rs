@@ -307,7 +307,7 @@ fn a_lens_keeps_its_absorption_in_a_file() {
 }
 
 #[test]
-fn a_line_that_nobody_can_have_measured_is_left_out_with_a_warning() {
+fn an_invalid_transmittance_is_left_out_with_a_warning() {
     let folder = folder();
     write(&folder, "dark.agf", DARK.replace("IT 0.55 0.50 25", "IT 0.55 -999 25\nIT 0.56 0.5"));
     let text = "[[surface]]\nradius = 50\nthickness = 12\ndiameter = 20\nglass = \"DARK\"\nstop = true\n\
@@ -315,5 +315,8 @@ fn a_line_that_nobody_can_have_measured_is_left_out_with_a_warning() {
     write(&folder, "lens.toml", text);
     let (code, _, err) = petzval(folder.path(), &["lens", "lens.toml", "--catalogue", "dark.agf"]);
     assert_eq!(code, 0, "{err}");
-    assert!(err.contains("2 lines from line 6 on") && err.contains("surface 1"), "{err}");
+    assert!(
+        err.contains("2 IT lines of dark DARK, the first in line 6") && err.contains("surface 1"),
+        "{err}"
+    );
 }

@@ -65,7 +65,7 @@ pub fn ln<R: Real<Scalar = f32>>(x: R) -> R {
     n.mul_add(R::constant(LN_2_HIGH), (s + s) + tail)
 }
 
-/// Returns the arctangent of x for 0 <= x <= 1, to 1e-7 (Abramowitz & Stegun 1964, 4.4.49).
+/// Returns the arctangent of x for 0 <= x <= 1, to 1.5e-7 (Abramowitz & Stegun 1964, 4.4.49).
 #[inline(always)]
 pub fn arctangent<R: Real<Scalar = f32>>(x: R) -> R {
     const COEFFICIENTS: [f64; 9] = [

@@ -216,7 +216,7 @@ fn focused(lens: &Prescription) -> Option<RealLens> {
 
 /// Says of how many glasses the absorption counts, if of any.
 fn absorption(lens: &Prescription) -> String {
-    match lens.rows.iter().filter(|row| row.glass.absorbs()).count() {
+    match lens.rows.iter().filter(|row| row.glass.absorbs() && !row.mirror).count() {
         0 => String::new(),
         1 => "; absorption of 1 glass".to_owned(),
         count => format!("; absorption of {count} glasses"),

@@ -1,5 +1,5 @@
-//! Warnings about media: refractive indices that are used outside the range of their data, and
-//! internal transmittances that nobody can have measured.
+//! Warnings about media: refractive indices outside the range of their data, and invalid internal
+//! transmittances.
 
 use super::{Prescription, Row};
 use petzval_spectrum::{D_LINE, Glass, IndexRangeError};
@@ -78,21 +78,21 @@ impl Prescription {
     }
 }
 
-/// Returns two clauses: the lines of a catalogue that state no internal transmittance, and what becomes
-/// of them. `None` if there are none.
+/// Returns two clauses: the invalid internal transmittances of a catalogue, and what is used instead. `None`
+/// if there are none.
 fn absorption_warning(row: &Row) -> Option<[String; 2]> {
     let Glass::Catalogue(glass) = &row.glass else { return None };
     let [line, count] = glass.absorption.unusable?;
     let lines = match count {
-        1 => format!("line {line}"),
-        _ => format!("{count} lines from line {line} on"),
+        1 => format!("the IT line {line} of {} states", glass.full_name()),
+        _ => format!("{count} IT lines of {}, the first in line {line}, state", glass.full_name()),
     };
     Some([
-        format!(
-            "the catalogue of {} has no wavelength, share from 0 to 1 and thickness in {lines}",
-            glass.full_name()
-        ),
-        "its absorption is that of its other IT lines".to_owned(),
+        format!("{lines} no valid transmittance (expected um, a share from 0 to 1, mm)"),
+        match glass.absorption.measured().is_empty() {
+            true => "no absorption is known".to_owned(),
+            false => "the absorption is that of the other IT lines".to_owned(),
+        },
     ])
 }
 

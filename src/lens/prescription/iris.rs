@@ -33,6 +33,8 @@ pub struct ApertureMask {
     pub transmission: Arc<[f32]>,
     /// Meaning of the transmissions.
     pub convention: MaskConvention,
+    /// Whether the mask draws a shape with straight edges: its pixels have none of their own.
+    pub is_shape: bool,
 }
 
 /// Meaning that a file format gives to a mask.
@@ -46,8 +48,7 @@ pub enum MaskConvention {
     /// bright as with the round opening. The whole square is open, and values are interpolated
     /// between the centres of pixels.
     Pbrt,
-    /// Transmissions from 0 to 1 inside the round opening, interpolated between the centres of pixels:
-    /// the shape of which a mask is a drawing.
+    /// As [`Self::Physical`], but interpolated between the centres of pixels, to find the edges of a shape.
     Smooth,
 }
 
@@ -81,27 +82,6 @@ impl ApertureMask {
         self.transmission.iter().fold(0.0, |a, &b| a.max(b))
     }
 
-    /// Returns whether the mask is a shape, open within and closed outside: all but a few of the pixels
-    /// that transmit a part lie between an open and a closed one.
-    pub(crate) fn is_shape(&self) -> bool {
-        let (size, largest) = (self.size, self.largest());
-        let closed = |t: f32| t <= 0.01 * largest;
-        let open = |t: f32| t >= 0.99 * largest;
-        let [mut partial, mut inner] = [0, 0];
-        for (i, &t) in self.transmission.iter().enumerate() {
-            if closed(t) || open(t) {
-                continue;
-            }
-            partial += 1;
-            let around = |k: usize| k.saturating_sub(1)..(k + 2).min(size);
-            let near = around(i / size)
-                .flat_map(|row| around(i % size).map(move |column| row * size + column));
-            let near = near.map(|i| self.transmission[i]);
-            inner += usize::from(!(near.clone().any(closed) && near.clone().any(open)));
-        }
-        largest > 0.0 && inner * 20 <= partial.max(20)
-    }
-
     /// Returns the value of the pixel that contains a point; 0 outside the mask.
     fn pixel(&self, column: f64, row: f64) -> f64 {
         let size = self.size as f64;
@@ -121,10 +101,10 @@ impl Iris {
         }
     }
 
-    /// Returns the same shape without the corners of pixels.
+    /// Returns the same opening; a shape without the corners of its pixels.
     pub(crate) fn smooth(&self) -> Self {
         match self {
-            Self::Mask(mask) if mask.convention == MaskConvention::Physical => {
+            Self::Mask(mask) if mask.is_shape && mask.convention == MaskConvention::Physical => {
                 Self::Mask(ApertureMask { convention: MaskConvention::Smooth, ..mask.clone() })
             }
             other => other.clone(),
@@ -148,33 +128,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn drawn_shapes_are_told_from_partial_transmission() {
-        for (name, is_shape) in
-            [("square", true), ("pentagon", true), ("star", true), ("gaussian", false)]
-        {
-            let mask = ApertureMask::named(name).expect(name);
-            assert_eq!(mask.is_shape(), is_shape, "{name}");
-            assert_eq!(
-                ApertureMask::named_by_pbrt(name).expect(name).is_shape(),
-                is_shape,
-                "{name}"
-            );
-        }
-        let grey = ApertureMask {
-            name: "grey".into(),
-            size: 2,
-            transmission: [0.5, 1.0, 1.0, 1.0].into(),
-            convention: MaskConvention::Physical,
-        };
-        let halves = (0..64).map(|i| if i < 32 { 0.5 } else { 1.0 }).collect();
-        assert!(!ApertureMask { size: 8, transmission: halves, ..grey }.is_shape());
-    }
-
-    #[test]
     fn masks_by_pbrt_are_interpolated_and_open_to_their_corners() {
         let transmission = [1.0, 1.0, 1.0, 1.0].into();
         let convention = MaskConvention::Pbrt;
-        let mask = ApertureMask { name: "white".into(), size: 2, transmission, convention };
+        let mask = ApertureMask {
+            name: "white".into(),
+            size: 2,
+            transmission,
+            convention,
+            is_shape: false,
+        };
         assert_eq!([mask.at(0.0, 0.0, 1.0), mask.at(0.5, -0.5, 1.0)], [1.0, 1.0]);
         assert_eq!([mask.at(1.0, 0.0, 1.0), mask.at(1.0, 1.0, 1.0)], [0.5, 0.25]);
         assert_eq!(mask.at(1.6, 0.0, 1.0), 0.0);

@@ -59,6 +59,7 @@ impl ApertureMask {
             size: NAMED_SIZE,
             transmission: points.collect(),
             convention: MaskConvention::Physical,
+            is_shape: name != "gaussian",
         }
     }
 }

@@ -24,7 +24,7 @@ impl Boundary {
     pub fn near(self, distance: f64) -> f64 {
         let half = self.0 as f64 / 2.0;
         let place = ((distance - half) / half).clamp(0.0, 1.0);
-        (FRAC_PI_2 * place).cos().powi(2)
+        if place < 1.0 { (FRAC_PI_2 * place).cos().powi(2) } else { 0.0 }
     }
 }
 

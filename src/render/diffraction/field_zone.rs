@@ -162,8 +162,10 @@ pub(super) fn field_zones(lens: &RealLens, film: [f64; 2], frame: &Frame) -> Fie
         });
         if most(&mut pairs) <= COARSE_DIFFERENCE { 3 } else { FINE_NODES }
     };
-    let mut shapes = Shapes::default();
     let outlines: Vec<Outline> = pupils.par_iter().map(|(pupil, _)| Outline::new(pupil)).collect();
+    let mut shapes = Shapes::default();
+    // The middle first: others are narrower, so that its table reaches far enough for them.
+    shapes.of(&outlines[central], FAR_TOLERANCE);
     let far = GridNode::all(nodes.min(FAR_NODES))
         .map(|node| (shapes.of(&outlines[node.in_fine_grid()], FAR_TOLERANCE), node));
     let far: Vec<(PupilShape, GridNode)> = far.collect();
@@ -226,4 +228,28 @@ fn widths(pupil: &ExitPupil) -> [f64; DIRECTIONS] {
 /// Returns the largest ratio of widths, minus 1.
 fn largest_difference(a: &[f64; DIRECTIONS], b: &[f64; DIRECTIONS]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a / b).max(b / a) - 1.0).fold(0.0, f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn weights_add_up_to_one_within_the_pixels_of_their_zones() {
+        for nodes in [1, 3, 5] {
+            for size in (1..13).map(|n| [n, 2 * n]).chain([[600, 401]]) {
+                for i in (0..size[0] * size[1]).step_by(1 + size[0] / 100) {
+                    let pixel = [i % size[0], i / size[0]];
+                    let mut sum = 0.0;
+                    for node in GridNode::all(nodes) {
+                        let weight = node.weight(pixel, size);
+                        let covers = (0..2).all(|k| node.pixels(k, size[k]).contains(&pixel[k]));
+                        assert!(weight == 0.0 || covers, "{nodes}, {size:?}: {pixel:?}");
+                        sum += weight;
+                    }
+                    assert!((sum - 1.0).abs() < 1e-12, "{nodes}, {size:?}, {pixel:?}: {sum}");
+                }
+            }
+        }
+    }
 }

@@ -29,14 +29,13 @@ pub(super) struct PixelKernel {
 
 impl PixelKernel {
     /// Integrates a point spread over pixels of this width and height (um) up to a boundary, and adds what
-    /// an aberrated wavefront changes. Its sum is `whole`, by channel.
+    /// an aberrated wavefront changes. It is not normalized.
     pub fn new(
         spread: &MappedSpread,
         core: Option<AberratedCore>,
         boundary: Option<Boundary>,
         pitch: [f64; 2],
         reach: [usize; 2],
-        whole: [f64; 3],
     ) -> Self {
         let width = 2 * reach[0] + 1;
         let mut half = vec![[0.0f32; 3]; width * (reach[1] + 1)];
@@ -60,15 +59,17 @@ impl PixelKernel {
             }
             *share = sum.map(|sum| (near * sum * area / (points * points) as f64) as f32);
         }
-        let mut kernel = Self { reach, half, core };
-        (0..3).for_each(|channel| kernel.normalize(channel, whole[channel]));
-        kernel
+        Self { reach, half, core }
     }
 
-    /// Normalizes the shares of a channel to the sum `whole`. If most of the light stays in its
-    /// pixel, the spread there is too fine for sample points, and the central share is set to the
-    /// remainder.
-    fn normalize(&mut self, channel: usize, whole: f64) {
+    /// Normalizes the shares to the sum `whole`, by channel.
+    pub fn normalize(&mut self, whole: [f64; 3]) {
+        (0..3).for_each(|channel| self.normalize_channel(channel, whole[channel]));
+    }
+
+    /// Normalizes the shares of a channel. If most of the light stays in its pixel, the spread there is
+    /// too fine for sample points, and the central share is set to the remainder.
+    fn normalize_channel(&mut self, channel: usize, whole: f64) {
         let width = 2 * self.reach[0] + 1;
         let own = self.reach[0];
         let sum = |shares: &[[f32; 3]]| shares.iter().map(|s| f64::from(s[channel])).sum::<f64>();
@@ -120,12 +121,10 @@ impl PixelKernel {
         let whole = sums.whole();
         move |at| {
             let after = [0, 1].map(|i| size[i] - 1 - at[i]);
-            if (0..2).all(|i| at[i].min(after[i]) >= self.reach[i]) {
-                return whole;
-            }
-            let change = self.core.as_ref();
-            sums.inside(at, size)
-                + change.map_or(0.0, |core| core.change_within(channel, at, after))
+            let core = self.core.as_ref();
+            let change = core.map_or(0.0, |core| core.change_within(channel, at, after));
+            let fits = (0..2).all(|i| at[i].min(after[i]) >= self.reach[i]);
+            change + if fits { whole } else { sums.inside(at, size) }
         }
     }
 }

@@ -23,7 +23,8 @@ impl KernelSums {
         Self { reach, sums }
     }
 
-    /// Returns the share of the light of a pixel that stays in a picture of this width and height.
+    /// Returns the share of the light of a pixel that stays in a picture of this width and height. By symmetry
+    /// it is also what the pixel receives of an even picture.
     pub fn inside(&self, [x, y]: [usize; 2], [width, height]: [usize; 2]) -> f64 {
         let [right, down] = self.reach;
         let columns = 2 * right + 1;

@@ -44,7 +44,7 @@ impl PupilShape {
 #[derive(Clone, Debug)]
 pub(super) struct Outline<'a> {
     pupil: &'a ExitPupil,
-    /// Second moments about it, over the integral of the amplitude.
+    /// Second moments about the centroid, over the integral of the amplitude.
     second: DMat2,
     /// Corners of the convex hull, relative to the centroid.
     hull: Vec<DVec2>,
@@ -134,7 +134,7 @@ fn hull(mut points: Vec<DVec2>) -> Vec<DVec2> {
     chain
 }
 
-/// Returns the turn of the least value, by halving steps around the best of a row.
+/// Returns the rotation (rad) that minimizes a function: a coarse search, then halved steps.
 fn least(off: impl Fn(f64) -> f64) -> f64 {
     let mut step = 2.0 * TURN / TURN_STEPS as f64;
     let row = (0..=TURN_STEPS).map(|i| -TURN + step * i as f64).map(|turn| (off(turn), turn));
@@ -216,6 +216,7 @@ impl<'a> MappedSpread<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use petzval_base::lanes::Real as _;
 
     fn polygon(corners: usize, map: DMat2, shift: DVec2) -> ExitPupil {
         let corner = |i: usize| {
@@ -223,6 +224,39 @@ mod tests {
             (map * round + shift).to_array()
         };
         ExitPupil::polygon(&(0..corners).map(corner).collect::<Vec<_>>())
+    }
+
+    #[test]
+    fn eight_lanes_have_the_densities_of_one() {
+        let spread = PointSpread::new(
+            &polygon(5, DMat2::IDENTITY, DVec2::ZERO),
+            &petzval_spectrum::bands(),
+            2000.0,
+            5.0,
+        );
+        let shape = PupilShape { base: 0, map: DMat2::from_angle(0.2) * 1.3 };
+        for shape in [PupilShape::own(0), shape] {
+            let mapped = MappedSpread::new(&spread, &shape);
+            for radius in [3.0f64, 40.0, 700.0, 9000.0] {
+                let angle = |k: usize| TAU * k as f64 / 8.0;
+                for turn in [0.0, 0.1, 0.7] {
+                    let at = |k: usize| {
+                        [radius * (angle(k) + turn).cos(), radius * (angle(k) + turn).sin()]
+                    };
+                    let lanes = [0, 1].map(|axis| {
+                        f32x8::load(&std::array::from_fn::<f32, 8, _>(|k| at(k)[axis] as f32))
+                    });
+                    for (k, found) in mapped.at_lanes(lanes).into_iter().enumerate() {
+                        let expected = mapped.at(at(k));
+                        for c in 0..3 {
+                            let off = f64::from(found[c]) / expected[c] - 1.0;
+                            // Places in the table are rounded to f32.
+                            assert!(off.abs() < 2e-3, "{radius}, {k}: {found:?}, not {expected:?}");
+                        }
+                    }
+                }
+            }
+        }
     }
 
     #[test]

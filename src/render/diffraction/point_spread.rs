@@ -121,7 +121,7 @@ impl PointSpread {
         let constant = |v: f64| f32x8::splat(v as f32);
         let zero = f32x8::splat(0.0);
         let r2 = x * x + y * y;
-        // No pixel is so near to its own centre.
+        // Inside the first radius the spread is constant.
         let scaled = (r2 * constant(1.0 / (self.first * self.first))).max(f32x8::splat(1.0));
         let place = ln(scaled) * constant(0.5 / RATIO.ln());
         let place = place.min(constant((self.radii - 1) as f64));

@@ -1,8 +1,8 @@
 //! Decision about diffraction, from the width of the point spread.
 
-use super::{Cost, DecidedBy, Effect, Finding, OmissionError, PlanInput, cost, pixels_per_um};
 use std::sync::Arc;
 
+use super::{Cost, DecidedBy, Effect, Finding, OmissionError, PlanInput, cost, pixels_per_um};
 use crate::diffraction::{Diffraction, DiffractionWork, PointSpread};
 use crate::film::Frame;
 use petzval_lens::{ExitPupil, RealLens, Wavefront};

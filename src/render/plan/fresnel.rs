@@ -23,10 +23,9 @@ pub(super) fn find(input: &PlanInput, lens: &RealLens) -> Finding {
     let loss = 100.0 * (1.0 - through.mean);
     let [least, most] = through.range.map(|share| 100.0 * (1.0 - share));
     let (low, high) = (least.min(most), least.max(most));
-    let absorbing = rows.iter().filter(|row| row.glass.absorbs()).count();
-    let losers = match absorbing {
-        0 => "surfaces reflect",
-        _ => "surfaces reflect and glass absorbs",
+    let losers = match rows.iter().any(|row| row.glass.absorbs()) {
+        true => "surfaces reflect and glass absorbs",
+        false => "surfaces reflect",
     };
     let reflected =
         format!("{losers} {loss:.1} % of the light, {low:.1} to {high:.1} over the film");

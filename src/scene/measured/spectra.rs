@@ -46,7 +46,7 @@ impl MeasuredSpectra {
 
     /// Returns the memory that the values at the wavelengths of all sets take (bytes).
     pub fn bytes_of_sets(&self) -> usize {
-        let points = self.grid.values.len() / self.wavelengths.len().max(1);
+        let points = self.grid.values.len() / self.wavelengths.len();
         points * WAVELENGTHS_PER_PATH * WAVELENGTH_SETS * size_of::<f32>()
     }
 
@@ -59,7 +59,7 @@ impl MeasuredSpectra {
             sums[i % self.wavelengths.len()] += sum;
         }
         let shares = band_shares(&self.wavelengths);
-        let slices = (self.grid.values.len() / self.wavelengths.len()).max(1) as f64;
+        let slices = (self.grid.values.len() / self.wavelengths.len()) as f64;
         let of_band = |band: usize| {
             let sum: f64 = shares[band].iter().map(|(i, share)| share * sums[*i]).sum();
             (sum / slices) as f32

@@ -12,7 +12,7 @@ pub struct InternalTransmittance {
     pub nm: f64,
     /// Share of the light that passes, from 0 to 1.
     pub share: f64,
-    /// Length of the way (mm).
+    /// Path length (mm).
     pub thickness: f64,
 }
 
@@ -33,7 +33,7 @@ impl InternalTransmittance {
 /// Absorption of a glass by wavelength. It is 0 without data.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Absorption {
-    /// What was measured, by ascending wavelength.
+    /// Measurements by ascending wavelength.
     measured: Arc<[InternalTransmittance]>,
     /// First line of the catalogue that states no internal transmittance, from 1, and the number of
     /// such lines.
@@ -41,16 +41,20 @@ pub struct Absorption {
 }
 
 impl Absorption {
-    /// Takes the valid ones of measurements in any order. Of several at one wavelength, that of the
-    /// longest way is the most exact.
+    /// Takes the valid measurements, in any order. At each wavelength the longest path is the most exact,
+    /// unless no light is left.
     pub fn new(mut measured: Vec<InternalTransmittance>) -> Self {
         measured.retain(InternalTransmittance::is_valid);
-        measured.sort_by(|a, b| a.nm.total_cmp(&b.nm).then(b.thickness.total_cmp(&a.thickness)));
+        let length = |entry: &InternalTransmittance| match entry.share > 0.0 {
+            true => entry.thickness,
+            false => 0.0,
+        };
+        measured.sort_by(|a, b| a.nm.total_cmp(&b.nm).then(length(b).total_cmp(&length(a))));
         measured.dedup_by_key(|entry| entry.nm);
         Self { measured: measured.into(), unusable: None }
     }
 
-    /// Returns what was measured, by ascending wavelength.
+    /// Returns the measurements by ascending wavelength.
     pub fn measured(&self) -> &[InternalTransmittance] {
         &self.measured
     }

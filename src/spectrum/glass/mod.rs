@@ -164,7 +164,7 @@ impl Glass {
 
     /// Returns whether the glass absorbs some light.
     pub fn absorbs(&self) -> bool {
-        matches!(self, Self::Catalogue(glass) if !glass.absorption.measured().is_empty())
+        matches!(self, Self::Catalogue(glass) if glass.absorption.measured().iter().any(|entry| entry.share < 1.0))
     }
 
     /// Returns whether the index is known to change with wavelength.

@@ -90,6 +90,31 @@ fn a_uniform_picture_stays_uniform_to_its_edge() {
     }
 }
 
+/// Beyond 64 pixels light is spread by other zones, whose shares must complete those of the near ones.
+#[test]
+fn pictures_of_any_shape_stay_uniform() {
+    for (size, pitch) in [
+        ([300, 40], 100.0),
+        ([40, 300], 90.0),
+        ([301, 1], 20.0),
+        ([1, 200], 20.0),
+        ([1, 1], 5.0),
+        ([2, 1], 5.0),
+    ] {
+        for f_number in [2.0, 16.0] {
+            let (camera, frame) = camera(dgauss(f_number, blades(5, 0.0)), pitch, size);
+            let diffraction = Diffraction::new(&camera, &frame, &bands());
+            let [width, height] = size.map(|n| n as usize);
+            let white = Picture { size: [width, height], pixels: vec![[1.0; 3]; width * height] };
+            for (i, pixel) in diffraction.spread(&white).pixels.into_iter().enumerate() {
+                for found in pixel {
+                    assert!((found - 1.0).abs() < 3e-3, "{size:?} f/{f_number}, {i}: {found}");
+                }
+            }
+        }
+    }
+}
+
 #[test]
 fn a_spread_much_narrower_than_a_pixel_changes_nothing() {
     let (camera, frame) = camera(dgauss(2.0, Iris::Round), 100.0, [64, 48]);

@@ -107,6 +107,7 @@ fn the_first_row_of_a_mask_is_up_as_seen_from_the_film() {
         size: 4,
         transmission: transmission.into(),
         convention: MaskConvention::Physical,
+        is_shape: false,
     };
     let lens = lens_with_iris(Iris::Mask(mask), 0.0);
     let weight = |x: f64, y: f64| {

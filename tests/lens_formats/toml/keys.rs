@@ -169,6 +169,7 @@ fn a_picture_beside_the_lens_is_an_aperture() {
         size: 2,
         transmission: expected,
         convention: MaskConvention::Physical,
+        is_shape: false,
     };
     assert_eq!(lens("mask.exr").unwrap().rows[2].iris, Iris::Mask(mask));
 

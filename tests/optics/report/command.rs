@@ -26,7 +26,7 @@ fn every_lens_gives_every_analysis() {
         assert_eq!(code, 0, "{path}: {err}");
         let all: Value = serde_json::from_str(&out).expect("JSON");
         let sections = all.as_array().expect("sections");
-        assert_eq!(sections.len(), 19, "{path}");
+        assert_eq!(sections.len(), 20, "{path}");
         for section in sections {
             nulls_have_a_reason(section, &path);
             for table in section["tables"].as_array().expect("tables") {
@@ -161,7 +161,7 @@ fn a_report_is_a_page_with_its_files() {
     assert!(table.starts_with("field_mm,wavelength_nm,rms_radius_um,"), "{table}");
     assert!(file("mtf-diffraction.svg").starts_with("<svg"));
     let all: Value = serde_json::from_str(&file("report.json")).expect("JSON");
-    assert_eq!(all.as_array().map(Vec::len), Some(19));
+    assert_eq!(all.as_array().map(Vec::len), Some(20));
 }
 
 /// Writes the report of a lens of the repository, and returns its folder and page.

@@ -18,6 +18,7 @@ pub(crate) mod raster;
 use std::f64::consts::{PI, TAU};
 
 use crate::camera::RealLens;
+use crate::prescription::iris::ApertureMask;
 use pupil_view::PupilView;
 
 /// A straight edge of a pupil, in the plane of T.
@@ -54,20 +55,20 @@ pub struct ExitPupil {
 
 impl ExitPupil {
     /// Traces the pupil that a film point (mm, the film's frame) sees, over a grid; its outline is
-    /// refined by bisection along the grid's lines. If an opening transmits partially, and not only in the
-    /// pixels along the edge of a shape, amplitudes are the square roots of the transmittance, in cells of
-    /// a grid. Takes some milliseconds.
+    /// refined by bisection along the grid's lines. If an opening is a mask that draws no shape, amplitudes
+    /// are the square roots of the transmittance, in cells of a grid. Takes some milliseconds.
     /// `None` if the film point is dark.
     pub fn trace(lens: &RealLens, film: [f64; 2]) -> Option<Self> {
         let masks = lens.prescription.rows.iter().filter_map(|row| row.iris.mask());
-        let partial = masks.clone().any(|mask| !mask.is_shape());
+        let partial = masks.clone().any(|mask| !mask.is_shape);
         if partial {
             let mut view = PupilView::new(lens, &lens.prescription, film);
             let pupil_box = view.pupil_box(lens)?;
             return amplitude_grid::trace(&mut view, pupil_box);
         }
-        // The edge of a shape in pixels is where half of its light passes, between their centres.
-        let level = masks.map(|mask| 0.5 * mask.largest()).fold(0.0, f32::max);
+        // The edge of a shape is where half of its light passes, between the centres of pixels.
+        let open: Option<f32> = masks.map(ApertureMask::largest).reduce(|a, b| a * b);
+        let level = open.map_or(0.0, |open| 0.5 * open);
         let mut smooth = lens.prescription.clone();
         for row in &mut smooth.rows {
             row.iris = row.iris.smooth();
