@@ -4,17 +4,18 @@ use std::path::Path;
 use std::sync::Arc;
 
 use glam::DAffine3;
-use petzval_base::lanes::{Real, f32x8};
+use petzval_base::lanes::f32x8;
 use petzval_base::rays::SampleBatch;
 use petzval_base::sampler::{Dimension, sample_2d};
 use petzval_lens::{
     Camera, Fidelity, LensModel, LensRay, Prescription, PupilSampling, RealLens, RealRayFocus, Row,
-    Side, ghost_sequence, retrace_in_f64_lossy, sequence_at, trace_ghost, trace_lossy, trace_one,
+    Side, ghost_sequence, sequence_at, trace_ghost, trace_one,
 };
 use petzval_spectrum::{CatalogueGlass, D_LINE, Glass, find_glass, parse_agf};
 use petzval_tools::bench::lens_wave::batch as lens_batch;
 
-use crate::support::{LENSES, Random, folder, lens, oracle, petzval, root, row, write};
+use crate::coating::rays::{oblique_rays, weights_at};
+use crate::support::{LENSES, folder, lens, oracle, petzval, root, row, write};
 
 /// A catalogue of one glass: N-BK7 by its formula, with our own internal transmittances of 25 mm.
 const DARK: &str = "CC our own\nNM DARK 2 517642 1.5168 64.17 0 1\n\
@@ -46,27 +47,6 @@ fn passed(mm: f64, nm: f64) -> f64 {
     (-dark().absorption.coefficient(nm) * mm).exp()
 }
 
-/// Traces rays from the film with losses at a wavelength, and returns the weights of those that
-/// leave the lens.
-fn weights<R: Real>(
-    lens: &Prescription,
-    film: f64,
-    nm: f64,
-    rays: &[[[f64; 3]; 2]],
-) -> Vec<Option<f64>> {
-    let mut batch = lens_batch::<R>(rays);
-    let mut blocked = vec![0; lens.rows.len()];
-    let side = Side::Film(film);
-    trace_lossy::<R>(&mut batch, &sequence_at::<R>(lens, side, nm), &mut blocked);
-    let exact = sequence_at::<f64>(lens, side, nm);
-    retrace_in_f64_lossy::<R>(&mut batch, &exact, &mut blocked, |i| {
-        let [p, t] = rays[i];
-        LensRay::new(p, t)
-    });
-    let came = |i: usize| !R::to_f64(batch.x[i]).is_nan();
-    (0..rays.len()).map(|i| came(i).then(|| R::to_f64(batch.weight[i]))).collect()
-}
-
 /// A plate of 10 mm behind a stop.
 fn plate() -> Prescription {
     let mut front = row(f64::INFINITY, 10.0, 1.5168, 40.0);
@@ -87,7 +67,7 @@ fn a_plate_absorbs_by_its_thickness_and_the_angle_inside() {
             let rays = [[[-20.0 * sin, 0.0, 0.0], [sin, 0.0, cos]]];
             let inside = (1.0 - (sin / lens.rows[1].index).powi(2)).sqrt();
             let expected = passed(10.0 / inside, nm);
-            let found = weights::<f64>(&lens, 15.0, nm, &rays)[0].expect("it passes");
+            let found = weights_at::<f64>(&lens, 15.0, nm, &rays)[0].expect("it passes");
             assert!(
                 (found / expected - 1.0).abs() < 2e-6,
                 "{nm} nm, {degrees}: {found} {expected}"
@@ -96,7 +76,7 @@ fn a_plate_absorbs_by_its_thickness_and_the_angle_inside() {
     }
     // The line of the catalogue itself.
     let straight = [[[0.0; 3], [0.0, 0.0, 1.0]]];
-    let found = weights::<f64>(&lens, 15.0, 550.0, &straight)[0].expect("it passes");
+    let found = weights_at::<f64>(&lens, 15.0, 550.0, &straight)[0].expect("it passes");
     assert!((found - 0.5f64.powf(10.0 / 25.0)).abs() < 2e-6, "{found}");
 }
 
@@ -128,21 +108,11 @@ fn oblique_rays_are_absorbed_as_in_the_oracle_in_every_precision() {
     for (name, film) in LENSES {
         let clear = lens(name);
         let dark = darkened(clear.clone());
-        let mut random = Random::new(9);
-        let rays: Vec<[[f64; 3]; 2]> = (0..1000)
-            .map(|_| {
-                let mut disk = |r: f64| [random.between(-r, r), random.between(-r, r)];
-                let ([x, y], [u, v]) = (disk(12.0), disk(clear.rear().diameter * 0.3));
-                let d = [u - x, v - y, film];
-                let length = d.iter().map(|v| v * v).sum::<f64>().sqrt();
-                let [x, y] = [x, y].map(|v| f64::from(v as f32));
-                [[x, y, 0.0], d.map(|v| f64::from((v / length) as f32))]
-            })
-            .collect();
-        let all = weights::<f64>(&clear, film, D_LINE, &rays);
-        let wide = weights::<f64>(&dark, film, D_LINE, &rays);
-        let packets = weights::<f32x8>(&dark, film, D_LINE, &rays);
-        assert_eq!(packets, weights::<f32>(&dark, film, D_LINE, &rays), "{name}: lanes differ");
+        let rays = oblique_rays(&clear, film, 9);
+        let all = weights_at::<f64>(&clear, film, D_LINE, &rays);
+        let wide = weights_at::<f64>(&dark, film, D_LINE, &rays);
+        let packets = weights_at::<f32x8>(&dark, film, D_LINE, &rays);
+        assert_eq!(packets, weights_at::<f32>(&dark, film, D_LINE, &rays), "{name}: lanes differ");
         let (mut through, mut least) = (0, 1.0f64);
         for (i, [p, t]) in rays.iter().enumerate() {
             let (Some(all), Some(wide), Some(single)) = (all[i], wide[i], packets[i]) else {
@@ -254,7 +224,7 @@ fn glass_without_transmittances_and_traces_without_losses_absorb_nothing() {
     let mut clear = dark.clone();
     clear.rows[1].glass = Glass::from(find_glass("N-BK7").expect("listed"));
     clear.rows[1].index = dark.rows[1].index;
-    assert_eq!(weights::<f32x8>(&clear, 15.0, 550.0, &ray)[0], Some(1.0));
+    assert_eq!(weights_at::<f32x8>(&clear, 15.0, 550.0, &ray)[0], Some(1.0));
     let surfaces = sequence_at::<f64>(&dark, Side::Film(15.0), 550.0);
     assert_eq!(trace_one(LensRay::new(ray[0][0], ray[0][1]), &surfaces).expect("free").weight, 1.0);
 }

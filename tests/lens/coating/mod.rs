@@ -2,7 +2,7 @@
 //! picture against the estimate.
 
 mod picture;
-mod rays;
+pub mod rays;
 mod stack;
 mod surface;
 

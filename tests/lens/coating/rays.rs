@@ -1,7 +1,7 @@
 //! Losses of rays through lenses against the product of their surfaces.
 
 use petzval_base::lanes::{Real, f32x8};
-use petzval_lens::{Coating, Prescription, Side, retrace_in_f64_lossy, sequence, trace_lossy};
+use petzval_lens::{Coating, Prescription, Side, retrace_in_f64_lossy, sequence_at, trace_lossy};
 use petzval_spectrum::D_LINE;
 use petzval_tools::bench::lens_wave::batch as lens_batch;
 
@@ -9,24 +9,31 @@ use super::all;
 use super::surface::naive_transmittance;
 use crate::support::{LENSES, Random, lens, oracle, row};
 
-/// Traces rays with losses. Returns the weights of the rays that leave the lens.
+/// Traces rays with losses at the d line. Returns the weights of the rays that leave the lens.
 fn weights_with_losses<R: Real>(
     lens: &Prescription,
     film: f64,
     rays: &[[[f64; 3]; 2]],
 ) -> Vec<Option<f64>> {
+    weights_at::<R>(lens, film, D_LINE, rays)
+}
+
+/// Traces rays with losses at a wavelength (nm). Returns the weights of the rays that leave the lens.
+pub fn weights_at<R: Real>(
+    lens: &Prescription,
+    film: f64,
+    nm: f64,
+    rays: &[[[f64; 3]; 2]],
+) -> Vec<Option<f64>> {
     let mut batch = lens_batch::<R>(rays);
     let mut blocked = vec![0; lens.rows.len()];
-    trace_lossy::<R>(&mut batch, &sequence::<R>(lens, Side::Film(film)), &mut blocked);
-    retrace_in_f64_lossy::<R>(
-        &mut batch,
-        &sequence::<f64>(lens, Side::Film(film)),
-        &mut blocked,
-        |i| {
-            let [p, t] = rays[i];
-            petzval_lens::LensRay::new(p, t)
-        },
-    );
+    let side = Side::Film(film);
+    trace_lossy::<R>(&mut batch, &sequence_at::<R>(lens, side, nm), &mut blocked);
+    let exact = sequence_at::<f64>(lens, side, nm);
+    retrace_in_f64_lossy::<R>(&mut batch, &exact, &mut blocked, |i| {
+        let [p, t] = rays[i];
+        petzval_lens::LensRay::new(p, t)
+    });
     let came = |i: usize| !R::to_f64(batch.x[i]).is_nan();
     (0..rays.len()).map(|i| came(i).then(|| R::to_f64(batch.weight[i]))).collect()
 }
@@ -77,6 +84,22 @@ fn an_axial_ray_loses_the_product_of_its_surfaces() {
     }
 }
 
+/// Returns rays from the film to the rear of a lens.
+pub fn oblique_rays(lens: &Prescription, film: f64, seed: u64) -> Vec<[[f64; 3]; 2]> {
+    let mut random = Random::new(seed);
+    (0..1000)
+        .map(|_| {
+            let mut disk = |r: f64| [random.between(-r, r), random.between(-r, r)];
+            let ([x, y], [u, v]) = (disk(12.0), disk(lens.rear().diameter * 0.3));
+            let d = [u - x, v - y, film];
+            let length = d.iter().map(|v| v * v).sum::<f64>().sqrt();
+            // Rounded to f32, so that both precisions trace the same ray.
+            let [x, y] = [x, y].map(|v| f64::from(v as f32));
+            [[x, y, 0.0], d.map(|v| f64::from((v / length) as f32))]
+        })
+        .collect()
+}
+
 /// Returns the coating of a surface in a lens whose faces to air have this coating.
 fn coating_of(coating: &Coating, indices: [f64; 2]) -> &Coating {
     if Coating::applies_to(indices) { coating } else { &Coating::Bare }
@@ -92,18 +115,7 @@ fn oblique_rays_lose_as_much_as_in_the_oracle_in_every_precision() {
         {
             lens.rows[i].coating = Some(coating);
         }
-        let mut random = Random::new(5);
-        let rays: Vec<[[f64; 3]; 2]> = (0..1000)
-            .map(|_| {
-                let mut disk = |r: f64| [random.between(-r, r), random.between(-r, r)];
-                let ([x, y], [u, v]) = (disk(12.0), disk(lens.rear().diameter * 0.3));
-                let d = [u - x, v - y, film];
-                let length = d.iter().map(|v| v * v).sum::<f64>().sqrt();
-                // Rounded to f32, so that both precisions trace the same ray.
-                let [x, y] = [x, y].map(|v| f64::from(v as f32));
-                [[x, y, 0.0], d.map(|v| f64::from((v / length) as f32))]
-            })
-            .collect();
+        let rays = oblique_rays(&lens, film, 5);
         let wide = weights_with_losses::<f64>(&lens, film, &rays);
         let packets = weights_with_losses::<f32x8>(&lens, film, &rays);
         assert_eq!(
