@@ -277,6 +277,24 @@ mod tests {
     }
 
     #[test]
+    fn a_mapped_table_is_that_of_the_image() {
+        let base = polygon(5, DMat2::IDENTITY, DVec2::ZERO);
+        let map = DMat2::from_angle(0.25) * DMat2::from_diagonal(DVec2::new(0.6, 0.9));
+        let other = polygon(5, map, DVec2::ZERO);
+        let table = |pupil| PointSpread::new(pupil, &petzval_spectrum::bands(), 2000.0, 5.0);
+        let (spread, expected) = (table(&base), table(&other));
+        let mapped = MappedSpread::new(&spread, &PupilShape { base: 0, map });
+        for (radius, turn) in [(4.0, 0.2), (9.0, 1.0), (9.0, 2.6), (20.0, 0.7), (20.0, 2.0)] {
+            let at = (DVec2::from_angle(turn) * radius).to_array();
+            let (found, expected) = (mapped.at(at), expected.at(at));
+            for c in 0..3 {
+                let off = found[c] / expected[c] - 1.0;
+                assert!(off.abs() < 0.05, "{at:?}: {found:?}, not {expected:?}");
+            }
+        }
+    }
+
+    #[test]
     fn other_shapes_have_tables_of_their_own() {
         let base = polygon(5, DMat2::IDENTITY, DVec2::ZERO);
         for corners in [4, 6, 60] {

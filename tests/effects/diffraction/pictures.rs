@@ -47,6 +47,17 @@ fn the_light_of_a_point_is_conserved() {
             assert!(lost.abs() < 1e-3, "channel {c} of f/{f_number}: {lost}");
         }
         assert!(spread.pixels.iter().flatten().all(|v| v.is_finite() && *v >= 0.0));
+        // Both pupils are the same if they are rotated by 180 degrees.
+        for (x, y) in [(3, 1), (40, 17), (70, 2), (100, 0), (120, 90), (180, 33)] {
+            let at = |x: i32, y: i32| spread.pixels[((200 + y) * 401 + 200 + x) as usize][1];
+            let [one, other] = [at(x, y), at(-x, -y)];
+            assert!((one / other - 1.0).abs() < 5e-3, "f/{f_number}, {x}, {y}: {one}, {other}");
+            let mirrored = at(-x, y);
+            assert!(
+                (one / mirrored - 1.0).abs() < 0.02,
+                "f/{f_number}, {x}, {y}: {one}, {mirrored}"
+            );
+        }
         // The convolution does not wrap around: light only fades outwards.
         let row = |x: usize| spread.pixels[200 * 401 + x][1];
         assert!(row(400) < 1e-3 * row(210) && row(0) < 1e-3 * row(190));

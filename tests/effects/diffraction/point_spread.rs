@@ -144,7 +144,22 @@ fn blades_cause_rays_at_right_angles() {
 #[test]
 fn drawn_blades_cause_the_rays_of_blades() {
     let mask = ApertureMask::named("pentagon").expect("a mask of pbrt's");
-    assert_rays(&rays(&dgauss(12.0, Iris::Mask(mask))), 5, 90.0, "a drawn pentagon");
+    let lens = dgauss(12.0, Iris::Mask(mask));
+    assert_rays(&rays(&lens), 5, 90.0, "a drawn pentagon");
+    // Its edges are straight: a pixel of the mask is 0.005 of the width.
+    let pupil = ExitPupil::trace(&lens, [0.0; 2]).expect("light");
+    let corners = || pupil.edges.iter().map(|edge| edge.from);
+    let sides: Vec<([f64; 2], f64)> = (0..5)
+        .map(|k| {
+            let (sin, cos) = (90.0 + 36.0 + 72.0 * f64::from(k)).to_radians().sin_cos();
+            ([cos, sin], corners().map(|[x, y]| x * cos + y * sin).fold(f64::MIN, f64::max))
+        })
+        .collect();
+    for [x, y] in corners() {
+        let within = sides.iter().map(|([cos, sin], side)| side - (x * cos + y * sin));
+        let within = within.fold(f64::MAX, f64::min) / pupil.width(0.0);
+        assert!(within < 0.003, "{within} of the width within the sides");
+    }
 }
 
 #[test]
