@@ -16,13 +16,13 @@ pub(super) fn transmittance(inputs: &ReportInputs) -> ReportSection {
     let film = conditions.film_distance;
     let lens = RealLens::new(inputs.lens.clone(), film, height, PupilSampling::Pupil, 1.0, 0.0);
     let f_number = RealRayFocus::new(&inputs.lens).f_number().unwrap_or(f64::NAN);
-    let axial: Vec<[f64; 3]> = inputs
+    let axial: Vec<Vec<f64>> = inputs
         .wavelengths()
         .map(|w| {
             let light = AxialLight::of(&lens, inputs.nm(w));
             let [share, t] =
                 light.map_or([f64::NAN; 2], |light| [light.transmitted, light.t_number(f_number)]);
-            [inputs.nm(w), share, t]
+            vec![inputs.nm(w), share, t]
         })
         .collect();
     let shares: Vec<Vec<f64>> = fields
@@ -36,12 +36,13 @@ pub(super) fn transmittance(inputs: &ReportInputs) -> ReportSection {
         inputs.wavelengths().map(|w| format!("share_{}nm", rounded(inputs.nm(w)))).collect();
     let mut columns = vec![inputs.field_column()];
     columns.extend(names.iter().map(String::as_str));
-    let series = inputs.wavelengths().map(|w| Series {
+    let lines = inputs.wavelengths().map(|w| Series {
         name: inputs.wavelength_name(w),
         colour: inputs.wavelength_colour(w),
         points: shares.iter().map(|row| [row[0], 100.0 * row[1 + w]]).collect(),
         ..Series::default()
     });
+    let series = lines.collect();
     let dark = "no light of this wavelength passes the lens there";
     ReportSection {
         name: "transmittance",
@@ -52,16 +53,13 @@ pub(super) fn transmittance(inputs: &ReportInputs) -> ReportSection {
                glass catalogue. Glass without them absorbs nothing."
                 .to_owned(),
         tables: vec![
-            Table::new("t_stop", &[WAVELENGTH_COLUMN, "axial_share", "t_number"], {
-                axial.iter().map(|row| row.to_vec()).collect()
-            })
-            .shown(),
-            Table::new("field", &columns, shares.clone()),
+            Table::new("t_stop", &[WAVELENGTH_COLUMN, "axial_share", "t_number"], axial).shown(),
+            Table::new("field", &columns, shares),
         ],
         plots: vec![Plot {
             title: "Transmittance".to_owned(),
             axes: [inputs.field_axis(), "light (%)".to_owned()],
-            series: series.collect(),
+            series,
             ..Plot::default()
         }],
         absences: vec![
