@@ -2,16 +2,15 @@
 
 use rayon::prelude::*;
 
-use super::far_kernel::FarKernel;
 use super::field_zone::GridNode;
 use super::fourier::{Complex, PlaneFft, PlaneSpectrum};
+use super::half_kernel::HalfKernel;
 use super::kernel_sums::KernelSums;
 use super::received::{Received, fill_row};
 use petzval_image::Picture;
 
 /// The sum of what all zones spread far.
 pub(super) struct FarSpread {
-    reach: [usize; 2],
     plane: PlaneFft<f32>,
     /// Transforms of the light received, by channel; empty before the first zone.
     sums: [PlaneSpectrum<f32>; 3],
@@ -22,21 +21,21 @@ pub(super) struct FarSpread {
 impl FarSpread {
     pub fn new(size: [usize; 2], reach: [usize; 2]) -> Self {
         let plane = PlaneFft::new([size[0] + reach[0], size[1] + reach[1]]);
-        Self { reach, plane, sums: [const { PlaneSpectrum::new() }; 3], shares: Vec::new() }
+        Self { plane, sums: [const { PlaneSpectrum::new() }; 3], shares: Vec::new() }
     }
 
     /// Adds the light of a zone, of which the share `beyond` goes farther than the kernel reaches.
     pub fn add(
         &mut self,
         picture: &Picture,
-        kernel: &FarKernel,
+        kernel: &HalfKernel,
         grid: GridNode,
         beyond: [f64; 3],
         received: &mut Received,
     ) {
         let mut share = beyond;
         for channel in 0..3 {
-            let sums = KernelSums::new(self.reach, &kernel.half, channel);
+            let sums = KernelSums::new(kernel, channel);
             share[channel] += sums.whole();
             received.add_far_shares(channel, &sums, grid);
             self.add_channel(picture, kernel, channel, grid);
@@ -47,7 +46,7 @@ impl FarSpread {
     fn add_channel(
         &mut self,
         picture: &Picture,
-        kernel: &FarKernel,
+        kernel: &HalfKernel,
         channel: usize,
         grid: GridNode,
     ) {
@@ -55,7 +54,7 @@ impl FarSpread {
         let light = self
             .plane
             .spectrum(height, |y, row| fill_row(picture, grid, channel, (0..width, y), row));
-        let shares = self.plane.symmetric_spectrum(self.reach[1] + 1, |y, row| {
+        let shares = self.plane.symmetric_spectrum(kernel.reach[1] + 1, |y, row| {
             kernel.write_row(channel, y, row);
             true
         });

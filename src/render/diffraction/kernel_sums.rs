@@ -1,5 +1,7 @@
 //! Shares of a kernel inside a picture.
 
+use super::half_kernel::HalfKernel;
+
 /// Sums of the shares of a channel of a kernel over rectangles, from a summed-area table (Crow 1984).
 pub(super) struct KernelSums {
     reach: [usize; 2],
@@ -7,20 +9,20 @@ pub(super) struct KernelSums {
 }
 
 impl KernelSums {
-    /// Sums a kernel of this half width and half height without the centre, given by its lower half.
-    pub fn new(reach: [usize; 2], half: &[[f32; 3]], channel: usize) -> Self {
-        let [right, down] = reach;
+    pub fn new(kernel: &HalfKernel, channel: usize) -> Self {
+        let HalfKernel { reach, shares } = kernel;
+        let [right, down] = *reach;
         let columns = 2 * right + 1;
         let mut sums = vec![0.0; (columns + 1) * (down + 2)];
         for y in 0..=down {
             let mut sum = 0.0;
             for x in 0..columns {
-                sum += f64::from(half[y * columns + x][channel]);
+                sum += f64::from(shares[y * columns + x][channel]);
                 let above = sums[y * (columns + 1) + x + 1];
                 sums[(y + 1) * (columns + 1) + x + 1] = above + sum;
             }
         }
-        Self { reach, sums }
+        Self { reach: *reach, sums }
     }
 
     /// Returns the share of the light of a pixel that stays in a picture of this width and height. By symmetry
@@ -57,9 +59,8 @@ mod tests {
         let value = |x: isize, y: isize| (1 + (3 * x + 7 * y).rem_euclid(5)) as f32;
         // Symmetric about the centre.
         let at = |x: isize, y: isize| value(x, y) + value(-x, -y);
-        let half: Vec<[f32; 3]> =
-            (0..3).flat_map(|y| (-3..=3).map(move |x| [0.0, at(x, y), 0.0])).collect();
-        let sums = KernelSums::new(reach, &half, 1);
+        let shares = (0..3).flat_map(|y| (-3..=3).map(move |x| [0.0, at(x, y), 0.0])).collect();
+        let sums = KernelSums::new(&HalfKernel { reach, shares }, 1);
         let size = [5, 4];
         for y in 0..4isize {
             for x in 0..5isize {

@@ -40,10 +40,10 @@
 
 mod aberrated_core;
 mod band_integral;
-mod far_kernel;
 mod far_spread;
 mod field_zone;
 mod fourier;
+mod half_kernel;
 mod kernel;
 mod kernel_sums;
 mod mapped_spread;
@@ -55,10 +55,10 @@ use rayon::prelude::*;
 
 use crate::film::Frame;
 use aberrated_core::AberratedCore;
-use far_kernel::{Boundary, FarKernel};
 use far_spread::FarSpread;
 use field_zone::{FieldZone, FieldZones, field_zones};
 use fourier::{Complex, PlaneFft};
+use half_kernel::{Boundary, HalfKernel};
 use kernel::PixelKernel;
 use mapped_spread::{MappedSpread, PupilShape};
 use petzval_image::Picture;
@@ -211,7 +211,8 @@ impl Diffraction {
             if let Some(boundary) = boundary {
                 for (shape, grid) in self.zones.far.iter().filter(|(shape, _)| shape.base == base) {
                     let spread = mapped(shape);
-                    let kernel = FarKernel::new(&spread, boundary, self.pitch, reach);
+                    let part = |distance| 1.0 - boundary.near(distance);
+                    let kernel = HalfKernel::new(&spread, part, self.pitch, reach);
                     let beyond = spread.outside(self.extent(reach));
                     far.add(picture, &kernel, *grid, beyond, &mut received);
                 }
@@ -263,7 +264,8 @@ impl Diffraction {
         let reach = core
             .as_ref()
             .map_or(near, |core| [0, 1].map(|i| near[i].max(core.reach[i]).min(reach[i])));
-        let mut kernel = PixelKernel::new(spread, core, boundary, self.pitch, reach);
+        let part = |distance| boundary.map_or(1.0, |boundary| boundary.near(distance));
+        let mut kernel = PixelKernel::new(HalfKernel::new(spread, part, self.pitch, reach), core);
         if boundary.is_none() {
             kernel.normalize(spread.outside(self.extent(reach)).map(|share| 1.0 - share));
         }

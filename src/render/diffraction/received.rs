@@ -82,12 +82,12 @@ impl Received {
         let span = |zone: &FieldZone| [0, 1].map(|axis| zone.grid.pixels(axis, size[axis]));
         let least = zones.iter().zip(kernels).fold([1; 2], |least, (zone, kernel)| {
             let span = span(zone);
-            [0, 1].map(|i| least[i].max(span[i].len() + 2 * kernel.reach[i]))
+            [0, 1].map(|i| least[i].max(span[i].len() + 2 * kernel.reach()[i]))
         });
         let plane = PlaneFft::<f64>::new(least);
         for (zone, kernel) in zones.iter().zip(kernels) {
             let [columns, rows] = span(zone);
-            let reach = kernel.reach;
+            let reach = kernel.reach();
             // The part of the picture that receives light.
             let [left, top] = [columns.start, rows.start];
             let [left, top] = [left - left.min(reach[0]), top - top.min(reach[1])];
