@@ -290,3 +290,43 @@ fn an_invalid_transmittance_is_left_out_with_a_warning() {
         "{err}"
     );
 }
+
+#[test]
+fn a_report_has_the_transmittance_of_each_wavelength_and_field() {
+    let folder = folder();
+    write(&folder, "dark.agf", DARK);
+    let text = "name = \"singlet\"\nwavelengths = [[400, 1], [550, 1], [700, 1]]\n\
+        [[fields]]\nkind = \"angle\"\npoints = [[0, 0], [0, 10]]\n\
+        [[surface]]\nradius = inf\nthickness = 1\ndiameter = 4\nstop = true\n\
+        [[surface]]\nradius = 50\nthickness = 12\ndiameter = 20\nglass = \"DARK\"\ncoating = \"perfect\"\n\
+        [[surface]]\nradius = -50\nthickness = 0\ndiameter = 20\ncoating = \"perfect\"\n";
+    write(&folder, "lens.toml", text);
+    let arguments =
+        ["lens", "report", "lens.toml", "--catalogue", "dark.agf", "--json", "transmittance"];
+    let (code, out, err) = petzval(folder.path(), &arguments);
+    assert_eq!(code, 0, "{err}");
+    let section: serde_json::Value = serde_json::from_str(&out).expect("JSON");
+    let rows = |table: usize| -> Vec<Vec<f64>> {
+        let rows = section["tables"][table]["rows"].as_array().expect("rows");
+        let numbers = |row: &serde_json::Value| {
+            let cells = row.as_array().expect("cells").iter();
+            cells.map(|cell| cell.as_f64().expect("a number")).collect()
+        };
+        rows.iter().map(numbers).collect()
+    };
+    let axial = rows(0);
+    // Rays fill a disk of radius 2 mm: the mean sag of each face is 2^2 / (4 r).
+    let expected = |nm: f64| passed(12.0 - 2.0 * 4.0 / 200.0, nm);
+    let f_numbers: Vec<f64> = axial.iter().map(|row| row[2] * row[1].sqrt()).collect();
+    for (row, f_number) in axial.iter().zip(&f_numbers) {
+        assert!((row[1] / expected(row[0]) - 1.0).abs() < 2e-3, "{row:?}");
+        assert!((f_number / 12.4 - 1.0).abs() < 0.03, "{f_numbers:?}");
+    }
+    let fields = rows(1);
+    for (i, row) in axial.iter().enumerate() {
+        assert_eq!(fields[0][1 + i], row[1]);
+        // Oblique rays cross more glass, the darker the more.
+        let edge = fields[fields.len() - 1][1 + i] / row[1];
+        assert!(edge < 1.0 && edge > 0.9, "{} nm: {edge}", row[0]);
+    }
+}
