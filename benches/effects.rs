@@ -203,8 +203,8 @@ fn ghosts(criterion: &mut Criterion) {
         let ghosts = [Strategy::Ghosts(job.ghosts.as_ref().expect("they are asked for"))];
         let stage = SplatStage::default();
         print_estimate(&job, Effect::Ghosts);
-        let [width, height] = job.frame.resolution;
-        group.throughput(Throughput::Elements(u64::from(width * height * SAMPLES)));
+        let samples = |tile| job.sampler(tile, job.samples.clone()).count();
+        group.throughput(Throughput::Elements(job.tiles().iter().map(samples).sum()));
         let mut film = FilmSums::new(job.frame);
         group.bench_function(name, |bencher| {
             bencher.iter(|| {

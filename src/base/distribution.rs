@@ -26,6 +26,7 @@ impl DiscreteDistribution {
     }
 
     /// Samples a number from one in [0, 1).
+    #[inline]
     pub fn sample(&self, u: f32) -> usize {
         find_interval(&self.cumulative, u)
     }
@@ -85,6 +86,7 @@ impl Distribution {
     }
 
     /// Samples a point from two numbers in [0, 1).
+    #[inline]
     pub fn sample(&self, u: [f32; 2]) -> DistributionSample {
         let (y, v, share_y) = place_in_interval(&self.rows, u[1]);
         let (x, u, share_x) = place_in_interval(self.row(y), u[0]);
@@ -126,12 +128,14 @@ fn cumulate(values: &[f64], total: f64, shares: &mut Vec<f32>) {
 }
 
 /// Returns the interval of a cumulative distribution that contains a number.
+#[inline]
 fn find_interval(shares: &[f32], u: f32) -> usize {
     shares.partition_point(|&share| share <= u).clamp(1, shares.len() - 1) - 1
 }
 
 /// Returns the interval of a cumulative distribution that contains a number, the position of the
 /// number in it from 0 to 1, and its width.
+#[inline]
 fn place_in_interval(shares: &[f32], u: f32) -> (usize, f32, f32) {
     let i = find_interval(shares, u);
     let width = shares[i + 1] - shares[i];

@@ -66,6 +66,9 @@ impl Profile {
 /// Number of steps of the tables.
 const STEPS: usize = 2048;
 
+/// From here on, the last bit of an f32 is worth 1.
+const TWO_TO_23: f32 = 8_388_608.0;
+
 /// Filter along one axis, tabulated.
 #[derive(Clone, Debug)]
 struct FilterAxis {
@@ -75,9 +78,9 @@ struct FilterAxis {
     inverse_cdf: Vec<f32>,
     /// Weight of the samples of each step, 1 on average; empty if the filter has no negative lobe.
     weights: Vec<f32>,
-    /// Filter at the edges of the steps from its centre to its radius, and the last value again;
+    /// Filter at the edges of the steps from its centre to its radius, and the change to the next;
     /// empty for a box.
-    values: Vec<f32>,
+    values: Vec<[f32; 2]>,
     /// Integral of the filter (pixels).
     integral: f64,
 }
@@ -125,7 +128,7 @@ impl FilterAxis {
             let distance = radius * i.min(STEPS) as f64 / STEPS as f64;
             profile.at(distance, radius) as f32
         };
-        let values = (0..STEPS + 2).map(value).collect();
+        let values = (0..=STEPS).map(|i| [value(i), value(i + 1) - value(i)]).collect();
         let inverse_cdf = quantiles.iter().map(|quantile| quantile[0] as f32).collect();
         let integral = sum[0] * 2.0 * radius / cells as f64;
         Self { radius, inverse_cdf, weights, values, integral }
@@ -133,25 +136,47 @@ impl FilterAxis {
 
     /// Multiplies each value by the filter at a position relative to the pixel's centre.
     fn multiply(&self, positions: &[f32], values: &mut [f32]) {
-        let radius = self.radius as f32;
-        if self.values.is_empty() {
-            for (value, position) in values.iter_mut().zip(positions) {
-                *value = if position.abs() <= radius { *value } else { 0.0 };
+        let (positions, last_positions) = positions.as_chunks();
+        let (values, last_values) = values.as_chunks_mut::<8>();
+        for (values, positions) in values.iter_mut().zip(positions) {
+            for (value, factor) in values.iter_mut().zip(self.values_at(positions)) {
+                *value *= factor;
             }
-            return;
+        }
+        let mut padded = [f32::NAN; 8];
+        for (padded, position) in padded.iter_mut().zip(last_positions) {
+            *padded = *position;
+        }
+        for (value, factor) in last_values.iter_mut().zip(self.values_at(&padded)) {
+            *value *= factor;
+        }
+    }
+
+    /// Returns the filter at positions relative to the pixel's centre; 0 at NaN.
+    #[inline(always)]
+    fn values_at(&self, positions: &[f32; 8]) -> [f32; 8] {
+        let radius = self.radius as f32;
+        let inside = |position: f32| position.abs() <= radius;
+        if self.values.is_empty() {
+            return positions.map(|position| f32::from(u8::from(inside(position))));
         }
         let per_step = STEPS as f32 / radius;
-        for (value, position) in values.iter_mut().zip(positions) {
-            // A NaN position fails the comparison and gives 0.
-            *value = if position.abs() <= radius {
-                let scaled = position.abs() * per_step;
-                let step = (scaled as usize).min(STEPS);
-                let [low, high] = [self.values[step], self.values[step + 1]];
-                *value * (scaled - step as f32).mul_add(high - low, low)
-            } else {
-                0.0
-            };
+        let (mut within, mut steps) = ([0.0; 8], [0u32; 8]);
+        for i in 0..8 {
+            let scaled = positions[i].abs() * per_step;
+            let step = scaled.floor().min(STEPS as f32);
+            within[i] = scaled - step;
+            // Its integer, in the mantissa: vectors have no conversion that saturates.
+            steps[i] = (step + TWO_TO_23).to_bits() ^ TWO_TO_23.to_bits();
         }
+        let steps = steps.map(|step| self.values[step as usize]);
+        let mut values = [0.0; 8];
+        for i in 0..8 {
+            let [low, change] = steps[i];
+            let value = within[i].mul_add(change, low);
+            values[i] = if inside(positions[i]) { value } else { 0.0 };
+        }
+        values
     }
 
     /// Returns the position, relative to the pixel's centre, for a random number in [0, 1).
@@ -229,16 +254,20 @@ impl PixelFilter {
             let (middle, radius) = (at[i] - 0.5, self.axes[i].radius);
             (middle - radius).ceil() as i64..=(middle + radius).floor() as i64
         });
-        let value = |axis: usize, pixel: i64| {
+        // Filter along an axis at the centres of eight pixels.
+        let values = |axis: usize, first: i64| {
             let axis_filter = &self.axes[axis];
-            let mut value = [1.0];
-            axis_filter.multiply(&[(at[axis] - 0.5 - pixel as f64) as f32], &mut value);
-            f64::from(value[0]) / axis_filter.integral
+            let position = |i: i64| (at[axis] - 0.5 - (first + i) as f64) as f32;
+            let values = axis_filter.values_at(&[0, 1, 2, 3, 4, 5, 6, 7].map(position));
+            values.map(|value| f64::from(value) / axis_filter.integral)
         };
-        for row in rows {
-            let along_y = value(1, row);
-            for column in columns.clone() {
-                add([column, row], along_y * value(0, column));
+        for first_row in rows.clone().step_by(8) {
+            for (row, along_y) in (first_row..=*rows.end()).zip(values(1, first_row)) {
+                for first in columns.clone().step_by(8) {
+                    for (column, along_x) in (first..=*columns.end()).zip(values(0, first)) {
+                        add([column, row], along_y * along_x);
+                    }
+                }
             }
         }
     }

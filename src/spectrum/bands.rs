@@ -20,6 +20,7 @@ pub const BANDS_PER_RAY: usize = 4;
 /// Returns the bands that share the ray of a hero, the hero first. Each of them as hero gives the
 /// same set. They are [`BANDS_PER_RAY`], or those of its set of [`WAVELENGTHS`]. Returns none if the
 /// number of bands is 1 or not a multiple of their number.
+#[inline]
 pub fn bands_of_ray(hero: usize, bands: usize) -> impl ExactSizeIterator<Item = usize> + Clone {
     let count = match bands_per_ray(bands) {
         count if bands > 1 && bands.is_multiple_of(count) => count,
@@ -28,6 +29,7 @@ pub fn bands_of_ray(hero: usize, bands: usize) -> impl ExactSizeIterator<Item = 
     (0..count).map(move |i| (hero + i * (bands / count)) % bands)
 }
 
+#[inline]
 fn bands_per_ray(bands: usize) -> usize {
     if bands == WAVELENGTHS { WAVELENGTHS_PER_PATH } else { BANDS_PER_RAY }
 }
@@ -35,11 +37,12 @@ fn bands_per_ray(bands: usize) -> usize {
 /// Returns the hero of a sample from two random numbers in [0, 1): `u` selects the set of bands
 /// that share its ray, `v` the hero among them. Few samples that are well distributed over both
 /// cover the bands evenly.
+#[inline]
 pub fn hero_band([u, v]: [f32; 2], bands: usize) -> usize {
     let select = |u: f32, count: usize| ((u * count as f32) as usize).min(count - 1);
-    match bands_of_ray(0, bands).nth(1) {
-        Some(distance) => select(u, distance) + distance * select(v, bands / distance),
-        None => select(u, bands),
+    match bands_of_ray(0, bands).len() {
+        0 => select(u, bands),
+        shared => select(u, bands / shared) + bands / shared * select(v, shared),
     }
 }
 

@@ -18,6 +18,30 @@ pub(super) struct BucketSums {
     errors: Vec<f64>,
 }
 
+/// Sums of successive pixels of a film, if it has buckets.
+pub(super) struct BucketStrip<'a> {
+    shares: Option<&'a BucketShares>,
+    sums: &'a mut [f64],
+}
+
+impl<'a> BucketStrip<'a> {
+    /// Divides the strip into its first pixels and the others.
+    pub fn split_at(self, pixels: usize) -> [Self; 2] {
+        let Self { shares, sums } = self;
+        let count = shares.map_or(0, |shares| shares.buckets().count());
+        let (first, others) = sums.split_at_mut(pixels * count);
+        [first, others].map(|sums| Self { shares, sums })
+    }
+
+    /// Adds light at the wavelengths of a set to a pixel.
+    #[inline(always)]
+    pub fn add(&mut self, pixel: usize, set: usize, light: [f64; 3]) {
+        let Self { shares: Some(shares), sums } = self else { return };
+        let first = pixel * shares.buckets().count();
+        shares.spread(set, light, |bucket, radiance| sums[first + bucket] += radiance);
+    }
+}
+
 impl BucketSums {
     /// Empty sums of so many pixels.
     pub fn new(shares: Option<&Arc<BucketShares>>, pixels: usize) -> Self {
@@ -52,11 +76,9 @@ impl BucketSums {
         });
     }
 
-    /// Adds light at the wavelengths of a set to a pixel.
-    pub fn add_to(&mut self, pixel: usize, set: usize, light: [f64; 3]) {
-        let Self { shares: Some(shares), sums, .. } = self else { return };
-        let first = pixel * shares.buckets().count();
-        shares.spread(set, light, |bucket, radiance| sums[first + bucket] += radiance);
+    /// Returns the sums of all pixels as a strip.
+    pub fn as_strip(&mut self) -> BucketStrip<'_> {
+        BucketStrip { shares: self.shares.as_deref(), sums: &mut self.sums }
     }
 
     /// Adds other sums of the same pixels, with the rounding errors of both.

@@ -3,8 +3,8 @@
 use std::io;
 use std::sync::Arc;
 
-use super::bucket_sums::BucketSums;
-use super::{DroppedSamples, Frame, Tile, TileSums};
+use super::bucket_sums::{BucketStrip, BucketSums};
+use super::{DroppedSamples, Frame, Response, Tile, TileSums};
 use petzval_base::io::codec::{ChecksumReader, ChecksumWriter};
 use petzval_image::{ImageLayer, Picture, spectral_layer};
 use petzval_spectrum::BucketShares;
@@ -34,6 +34,28 @@ pub struct FilmSums {
     buckets: BucketSums,
     /// Samples that were not finite and were left out.
     pub dropped: DroppedSamples,
+}
+
+/// Rows of a film, which receive light that belongs to no sample.
+pub(crate) struct FilmStrip<'a> {
+    /// Its first pixel, (x, y) in the whole picture.
+    first: [u32; 2],
+    width: u32,
+    sums: &'a mut [[f64; 3]],
+    buckets: BucketStrip<'a>,
+}
+
+impl FilmStrip<'_> {
+    /// Adds light to the pixel at (x, y) of the whole picture: linear sRGB, or values relative to daylight
+    /// at the wavelengths of a set, of a path that stands for those of all sets.
+    #[inline(always)]
+    pub fn add(&mut self, [x, y]: [u32; 2], set: usize, light: [f64; 3], response: &Response) {
+        let index = ((y - self.first[1]) * self.width + (x - self.first[0])) as usize;
+        let colour = response.apply_colour(response.to_rgb(set, light));
+        let sum = &mut self.sums[index];
+        *sum = [0, 1, 2].map(|c| sum[c] + colour[c]);
+        self.buckets.add(index, set, light);
+    }
 }
 
 impl FilmSums {
@@ -150,24 +172,18 @@ impl FilmSums {
         (self.squares, self.mean_variance) = (Vec::new(), Some(Vec::new()));
     }
 
-    /// Adds light that belongs to no sample to the pixel at (x, y) of the whole picture.
-    pub fn add_light(&mut self, pixel: [u32; 2], light: [f64; 3]) {
-        let index = self.index(pixel);
-        let sum = &mut self.sums[index];
-        *sum = [0, 1, 2].map(|c| sum[c] + light[c]);
-    }
-
-    /// Adds light that belongs to no sample to the buckets of the pixel at (x, y) of the whole picture, if
-    /// there are any: its values at the wavelengths of a set, relative to daylight, of a path that stands
-    /// for those of all sets.
-    pub fn add_spectrum(&mut self, pixel: [u32; 2], set: usize, light: [f64; 3]) {
-        let index = self.index(pixel);
-        self.buckets.add_to(index, set, light);
-    }
-
-    fn index(&self, [x, y]: [u32; 2]) -> usize {
-        let row = self.frame.size()[0];
-        ((y - self.frame.low[1]) * row + (x - self.frame.low[0])) as usize
+    /// Divides the film into strips of so many rows.
+    pub(crate) fn strips(&mut self, rows: u32) -> Vec<FilmStrip<'_>> {
+        let (mut first, width) = (self.frame.low, self.frame.size()[0]);
+        let mut rest = self.buckets.as_strip();
+        let mut strips = Vec::new();
+        for sums in self.sums.chunks_mut((rows * width).max(1) as usize) {
+            let [buckets, others] = rest.split_at(sums.len());
+            strips.push(FilmStrip { first, width, sums, buckets });
+            first[1] += rows;
+            rest = others;
+        }
+        strips
     }
 
     /// Returns the variance of every pixel's mean by channel, the square of its standard error, or
@@ -256,7 +272,7 @@ mod tests {
     fn sums_beyond_f32_give_the_largest_finite_pixel() {
         let frame = Frame::whole([1, 1]);
         let mut film = FilmSums::new(frame);
-        film.add_light([0, 0], [1e300, -1e300, 1.0]);
+        film.strips(1)[0].add([0, 0], 0, [1e300, -1e300, 1.0], &Response::default());
         let expected = [f32::MAX, f32::MIN, 1.0];
         assert_eq!(film.picture(1).pixels, [expected]);
         assert_eq!(film.into_picture(1).pixels, [expected]);

@@ -10,6 +10,7 @@ mod sample;
 
 pub use accumulate::TileSums;
 pub use dropped::{DroppedSamples, SampleId};
+pub(crate) use film_sums::FilmStrip;
 pub use film_sums::FilmSums;
 pub(crate) use film_sums::clamp_to_f32;
 pub use hero::HeroWeights;

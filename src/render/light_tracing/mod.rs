@@ -9,6 +9,7 @@ mod entry;
 pub mod ghosts;
 pub mod lamp_images;
 pub mod light_paths;
+mod ordered_film;
 mod splat_stage;
 
 pub use splat_stage::{SplatStage, Strategy};

@@ -1,8 +1,8 @@
 //! Splat stage: traces waves of light paths by all strategies, and adds their light to the film.
 
-use std::collections::BTreeMap;
 use std::ops::Range;
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
 
 use rayon::prelude::*;
 
@@ -10,15 +10,13 @@ use super::caustics::{CausticColumns, Caustics};
 use super::ghosts::Ghosts;
 use super::lamp_images::{LampColumns, LampImages};
 use super::light_paths::{FrontEntry, LightPathInput, LightPaths, Splat};
+use super::ordered_film::OrderedFilm;
 use crate::film::{FilmSums, Frame};
 use petzval_base::lanes::Real;
 use petzval_base::rays::{ColumnPool, WAVE_SIZE};
-use petzval_base::stats::{Stage, StageStats, Stats, thread_time};
+use petzval_base::stats::{Stage, Stats, thread_time};
 use petzval_lens::{LensModel, RealLens};
 use petzval_scene::filter::PixelFilter;
-
-/// Number of splats that wait to be added to the film from which on no further wave begins: 3.1 MB.
-const MOST_WAITING: usize = 1 << 17;
 
 /// A kind of light paths, for light that camera paths hardly ever find.
 #[derive(Clone, Copy, Debug)]
@@ -84,8 +82,8 @@ impl SplatStage {
     /// added, each as a whole.
     ///
     /// Workers take waves in the order of the sample numbers, of the strategies and of the numbers of
-    /// the waves, and their light is added in this order. So the sum depends on seed and sample numbers
-    /// only, and the sums of disjoint ranges add up.
+    /// the waves, and each pixel receives their light in this order. So the sum depends on seed and sample
+    /// numbers only, and the sums of disjoint ranges add up.
     pub fn run<R: Real<Scalar = f32>>(
         &self,
         input: &LightPathInput<'_>,
@@ -105,14 +103,13 @@ impl SplatStage {
         }
         let per_sample = waves.len() as u64;
         let end = samples.len() as u64 * per_sample;
-        let stats = &mut stats.stages[Stage::LightPaths as usize];
-        let sums =
-            Mutex::new(OrderedSums { input, film, stats, added: 0, waiting: BTreeMap::new() });
+        let sums = OrderedFilm::new(film, input.frame, input.response);
+        let nanoseconds = AtomicU64::new(0);
         let begins = |i: &u64| *i == 0 || !i.is_multiple_of(per_sample) || goes_on();
         let mut next = 0;
         while next < end && begins(&next) {
             // All waves are added once this ends, so that the next ones find room.
-            let numbers = (next..end).take_while(|i| begins(i) && lock(&sums).has_room());
+            let numbers = (next..end).take_while(|i| begins(i) && sums.has_room());
             numbers.par_bridge().for_each(|i| {
                 let (strategy, wave) = waves[(i % per_sample) as usize];
                 let sample = samples.start + (i / per_sample) as u32;
@@ -123,14 +120,15 @@ impl SplatStage {
                         strategy.trace::<R>(input, lens, columns, [wave, sample])
                     }),
                 };
-                let time = thread_time().saturating_sub(start);
-                let mut sums = lock(&sums);
-                sums.stats.time += time;
-                sums.stats.rays += WAVE_SIZE as u64;
                 sums.add(i, splats);
+                let time = thread_time().saturating_sub(start);
+                nanoseconds.fetch_add(time.as_nanos() as u64, Ordering::Relaxed);
             });
-            next = lock(&sums).added;
+            next = sums.finish();
         }
+        let stats = &mut stats.stages[Stage::LightPaths as usize];
+        stats.time += Duration::from_nanos(nanoseconds.into_inner());
+        stats.rays += next * WAVE_SIZE as u64;
         (next / per_sample) as u32
     }
 
@@ -140,45 +138,9 @@ impl SplatStage {
         let columns = (2 * size_of::<LightPaths>() + Caustics::COLUMN_BYTES) as u64;
         let [width, height] = filter.margin().map(|margin| (2.0 * margin).ceil() as u64 + 2);
         let of_path = width * height * FrontEntry::bands_per_path(lens);
-        let splats = MOST_WAITING as u64 + threads * of_path * WAVE_SIZE as u64;
-        threads * columns + splats * size_of::<Splat>() as u64
+        let splats = OrderedFilm::WAITING_PER_THREAD as u64 + of_path * WAVE_SIZE as u64;
+        threads * (columns + splats * size_of::<Splat>() as u64)
     }
-}
-
-/// Sums of the light of waves that end in any order and are added in one.
-struct OrderedSums<'a> {
-    input: &'a LightPathInput<'a>,
-    film: &'a mut FilmSums,
-    stats: &'a mut StageStats,
-    /// Number of waves that are added.
-    added: u64,
-    /// Splats of later waves, by their numbers.
-    waiting: BTreeMap<u64, Vec<Splat>>,
-}
-
-impl OrderedSums<'_> {
-    /// Adds the splats of a wave once those of all waves before it are added.
-    fn add(&mut self, wave: u64, splats: Vec<Splat>) {
-        self.waiting.insert(wave, splats);
-        while let Some(splats) = self.waiting.remove(&self.added) {
-            for Splat { pixel, set, light } in splats {
-                let (response, set) = (self.input.response, set as usize);
-                let light = light.map(f64::from);
-                let colour = response.apply_colour(response.to_rgb(set, light));
-                self.film.add_light(pixel, colour);
-                self.film.add_spectrum(pixel, set, light);
-            }
-            self.added += 1;
-        }
-    }
-
-    fn has_room(&self) -> bool {
-        self.waiting.values().map(Vec::len).sum::<usize>() < MOST_WAITING
-    }
-}
-
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 #[cfg(test)]

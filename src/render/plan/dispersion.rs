@@ -45,7 +45,7 @@ pub(super) fn find(input: &PlanInput, lens: &RealLens) -> Finding {
 }
 
 /// Cost of sorting samples by band and of weighting the bands that share a ray [ns per film sample].
-const SORTING: f64 = 40.0;
+const SORTING: f64 = 20.0;
 
 /// Returns the cost of three more crossings of a surface [ns per film sample]. Measured by `cargo bench
 /// --bench effects -- dispersion` for spheres, and by renders through lenses/anamorphic.toml and

@@ -18,6 +18,8 @@ use petzval_spectrum::LightBand;
 const WAVES: u32 = 8;
 /// Cells of the film, along x and y, over which brightness is averaged.
 const CELLS: [usize; 2] = [8, 6];
+/// Cells of the film, along x and y, that are lit or not.
+const LIT_GRID: [u32; 2] = [64, 64];
 /// Fewest arrivals for a reliable estimate of a cell's brightness.
 const MIN_ARRIVALS: u32 = 8;
 /// Cells of the square about the front surface.
@@ -34,6 +36,8 @@ pub struct GhostEstimate {
     pub peak: f64,
     /// Largest contribution of a single pair to a cell.
     pair_peak: f64,
+    /// Share of the film that light reaches without reflections.
+    lit: f64,
 }
 
 #[derive(Clone, Debug)]
@@ -118,7 +122,21 @@ pub fn estimate(input: &LightPathInput<'_>) -> Option<GhostEstimate> {
         pairs: seen,
         peak: all.peak(),
         pair_peak,
+        lit: lit_share(input),
     })
+}
+
+/// Returns the share of the film that light reaches without reflections.
+fn lit_share(input: &LightPathInput<'_>) -> f64 {
+    let [columns, rows] = LIT_GRID;
+    let cells = (0..rows).flat_map(|y| (0..columns).map(move |x| [x, y]));
+    let sees = |cell: &[u32; 2]| {
+        let [low, high] = [0, 1].map(|end| cell.map(|v| f64::from(v + end)));
+        input.camera.sees_light(low, high, LIT_GRID)
+    };
+    let lit = cells.filter(sees).count();
+    // Paths are due even where no cell seems to see light.
+    lit.max(1) as f64 / f64::from(columns * rows)
 }
 
 /// Returns the waves of light paths that have at least one unoccluded path; occluded paths are
@@ -253,7 +271,12 @@ impl GhostEstimate {
             share: 0.9 * seen.mean / total + 0.1 / count,
             entry: seen.entry.clone(),
         };
-        Ghosts { pairs: kept.iter().map(pair).collect(), lens: self.lens.clone(), bands }
+        Ghosts {
+            pairs: kept.iter().map(pair).collect(),
+            lens: self.lens.clone(),
+            lit: self.lit,
+            bands,
+        }
     }
 }
 

@@ -27,6 +27,9 @@ pub struct Ghosts {
     pub pairs: Vec<GhostPair>,
     /// The lens with its coatings.
     lens: Prescription,
+    /// Share of the film that light reaches without reflections: outside the image circle the camera takes
+    /// no samples.
+    lit: f64,
     /// Bands of the light: a single one if neither glass nor a coating has a colour.
     bands: Vec<LightBand>,
 }

@@ -6,7 +6,8 @@ use super::{GhostPair, Ghosts};
 use crate::film::Frame;
 use crate::light_tracing::entry::EntrySquare;
 use crate::light_tracing::light_paths::{
-    CameraPoses, LightPath, LightPathInput, LightPaths, PathBand, PathCount, Splat, WaveLight,
+    CameraPoses, LightPath, LightPathInput, LightPaths, PathBand, PathCount, PathNumbers, Splat,
+    WaveLight,
 };
 use petzval_base::distribution::{Distribution, DistributionSample};
 use petzval_base::lanes::Real;
@@ -15,7 +16,7 @@ use petzval_base::sampler::{Dimension, pixel_key, sample_2d};
 use petzval_lens::RealLens;
 use petzval_scene::{SurfacePoint, gamma};
 
-/// Samples of the picture per light path. Ghosts are unsharp and need few paths.
+/// Samples of lit pixels per light path. Ghosts are unsharp and need few paths.
 const SAMPLES_PER_PATH: u64 = 4;
 /// Largest number of bands in which one path is traced.
 const BANDS_PER_PATH: usize = 4;
@@ -33,7 +34,7 @@ struct Arrival {
 impl Ghosts {
     /// Returns the number of light paths per sample number.
     pub(crate) fn path_count(&self, frame: &Frame) -> PathCount {
-        PathCount::new(frame.resolution, SAMPLES_PER_PATH)
+        PathCount::of_part(frame.resolution, self.lit, SAMPLES_PER_PATH)
     }
 
     /// Traces a wave of a sample number through one pair and returns its splats. Every path is traced in
@@ -123,11 +124,14 @@ pub(super) fn sample_wave(
     let placed = lens.prescription.surface_transforms()[0];
     let poses = CameraPoses::new(input.camera, input.timing);
     paths.clear();
-    for i in 0..WAVE_SIZE as u32 {
-        let DistributionSample { uv, density, .. } =
-            entry.sample(sample_2d(key, i, Dimension::Pupil));
+    paths.numbers.fill(key, 0);
+    for in_wave in 0..WAVE_SIZE {
+        let i = in_wave as u32;
+        let PathNumbers { choice, entry: at_entry, light: on_light } =
+            paths.numbers.of_path(in_wave);
+        let DistributionSample { uv, density, .. } = entry.sample(at_entry);
         let [x, y] = square.place(uv.map(f64::from));
-        if x.hypot(y) > square.half {
+        if x * x + y * y > square.half * square.half {
             continue;
         }
         let [gx, gy] = front.gradient(x, y);
@@ -146,9 +150,9 @@ pub(super) fn sample_wave(
         let position = place.as_vec3();
         let error = position.abs() * gamma(4) + Vec3::splat(f32::MIN_POSITIVE);
         let from = SurfacePoint { position, error, normal, shading_normal: normal };
-        let [choice, at] =
-            [Dimension::LightChoice(0), Dimension::Light(0)].map(|d| sample_2d(key, i, d));
-        let Some(light) = input.scene.sample_light(&from, normal, choice, at) else { continue };
+        let Some(light) = input.scene.sample_light(&from, normal, choice, on_light) else {
+            continue;
+        };
         let towards = (pose.vector_to_camera * light.direction.as_dvec3()).normalize();
         // The kernels accept only rays that travel along the axis, towards the film.
         let facing = towards.dot(outward);

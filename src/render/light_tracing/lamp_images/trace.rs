@@ -5,11 +5,11 @@ use super::reach::EntryReach;
 use super::{LampImageWeights, LampImages};
 use crate::film::Frame;
 use crate::light_tracing::light_paths::{
-    CameraPoses, LightPath, LightPathInput, LightPaths, PathCount, Splat, add_splats,
+    CameraPoses, LightPath, LightPathInput, LightPaths, PathCount, PathNumbers, Splat, add_splats,
 };
 use petzval_base::lanes::Real;
 use petzval_base::rays::{Ray, WAVE_SIZE};
-use petzval_base::sampler::{Dimension, pixel_key, sample_2d};
+use petzval_base::sampler::pixel_key;
 use petzval_lens::RealLens;
 use petzval_scene::luminance;
 
@@ -74,10 +74,18 @@ impl LampImages {
         columns.paths.clear();
         columns.densities.clear();
         columns.luminances.clear();
-        for i in wave * WAVE_SIZE as u32..(wave + 1) * WAVE_SIZE as u32 {
-            let [choice, primitive] = sample_2d(key, i, Dimension::LightChoice(0));
+        let first = wave * WAVE_SIZE as u32;
+        columns.paths.numbers.fill(key, first);
+        for in_wave in 0..WAVE_SIZE {
+            let i = first + in_wave as u32;
+            let PathNumbers { choice: [choice, primitive], entry, light } =
+                columns.paths.numbers.of_path(in_wave);
+            // The paths of a wave share the lamps evenly, and those of a lamp follow each other: their
+            // numbers are well distributed, and the densities of the lamp stay in the cache.
+            let choice = (in_wave as f32 + choice) / WAVE_SIZE as f32;
+            let choice = choice.min(1.0 - f32::EPSILON / 2.0);
             let lamp = &self.lamps[self.choice.sample(choice)];
-            let entry = lamp.entry.sample(sample_2d(key, i, Dimension::Pupil));
+            let entry = lamp.entry.sample(entry);
             if !lamp.is_traced(entry.uv) {
                 continue;
             }
@@ -86,8 +94,8 @@ impl LampImages {
             let pose = poses.at(time.scene);
             let from = pose.front_surface(lens, at_front);
             let primitive = lamp.primitives.sample(primitive);
-            let at = sample_2d(key, i, Dimension::Light(0));
-            let Some(light) = input.scene.sample_emitter(lamp.light, primitive as u32, &from, at)
+            let Some(light) =
+                input.scene.sample_emitter(lamp.light, primitive as u32, &from, light)
             else {
                 continue;
             };

@@ -9,6 +9,7 @@ mod arrival;
 mod camera_pose;
 mod camera_view;
 mod front;
+mod numbers;
 mod splat;
 mod survey;
 mod wave;
@@ -20,6 +21,7 @@ pub(crate) use camera_view::CameraView;
 #[cfg(test)]
 pub(crate) use camera_view::sample_film;
 pub(crate) use front::FrontEntry;
+pub(crate) use numbers::PathNumbers;
 pub(crate) use splat::{PathCount, Splat};
 pub use survey::LightPathSelection;
 pub(crate) use survey::SurveyedPicture;

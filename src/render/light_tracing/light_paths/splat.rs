@@ -22,8 +22,14 @@ pub(crate) struct PathCount {
 
 impl PathCount {
     /// One path for every `samples_per_path` pixels of a picture of this width and height.
-    pub fn new([width, height]: [u32; 2], samples_per_path: u64) -> Self {
-        let pixels = u64::from(width) * u64::from(height);
+    pub fn new(resolution: [u32; 2], samples_per_path: u64) -> Self {
+        Self::of_part(resolution, 1.0, samples_per_path)
+    }
+
+    /// One path for every `samples_per_path` pixels of a part of a picture of this width and height,
+    /// whose share of it is in (0, 1].
+    pub fn of_part([width, height]: [u32; 2], share: f64, samples_per_path: u64) -> Self {
+        let pixels = (share * f64::from(width) * f64::from(height)).ceil() as u64;
         Self { waves: pixels.div_ceil(samples_per_path * WAVE_SIZE as u64) as u32 }
     }
 

@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::LightPathInput;
+use super::numbers::WaveNumbers;
 use crate::timing::ArrivalTime;
 use petzval_base::lanes::Real;
 use petzval_base::rays::{Column, LensBatch, Ray, RayBatch, SampleBatch, WAVE_SIZE};
@@ -50,6 +51,8 @@ pub(crate) struct FilmHit {
 /// A wave of light paths: from lights to the front surface, and through the lens to the film.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct LightPaths {
+    /// Random numbers of the paths that may start.
+    pub numbers: WaveNumbers,
     /// Rays at the front surface.
     start: LensBatch<f32>,
     /// Rays behind the rear surface.

@@ -1,0 +1,243 @@
+//! Film that receives the splats of waves, which end in any order, in the order of the waves.
+//!
+//! The film is divided into strips of rows. The splats of a wave are sorted by strip. Once some waves
+//! have ended, a worker adds them to one strip after another, while the other workers trace further
+//! waves or add to other strips. Each strip fits into the cache of a core, and no worker waits for
+//! another.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use super::light_paths::Splat;
+use crate::film::{FilmStrip, FilmSums, Frame, Response};
+
+/// Number of ended waves from which on they are added to the film.
+const WAVES_AT_ONCE: u64 = 8;
+/// Fewest pixels of a strip.
+const STRIP_PIXELS: u32 = 1 << 11;
+/// Most strips.
+const STRIPS: u32 = 256;
+
+/// Film that receives the light of waves in their order.
+pub(super) struct OrderedFilm<'a> {
+    response: &'a Response,
+    /// First row of the film.
+    top: u32,
+    /// Base-2 logarithm of the number of rows of a strip; the last may have fewer.
+    log_rows: u32,
+    strips: Vec<Mutex<Strip<'a>>>,
+    waves: Mutex<Waves>,
+}
+
+/// A strip of the film, and the number of the next wave that it receives.
+struct Strip<'a> {
+    film: FilmStrip<'a>,
+    next: u64,
+}
+
+/// Waves that have ended and are not yet in all strips.
+#[derive(Default)]
+struct Waves {
+    /// Waves after those of `ended`, by number: one of them is missing before each.
+    early: BTreeMap<u64, Arc<SortedSplats>>,
+    /// Successive waves.
+    ended: Vec<Arc<SortedSplats>>,
+    /// Number of the first of them.
+    first: u64,
+    /// Number of the wave up to which the last worker adds them.
+    claimed: u64,
+    /// Number of splats in all of them.
+    splats: usize,
+}
+
+/// Splats of a wave, strip by strip.
+struct SortedSplats {
+    splats: Vec<Splat>,
+    /// End of each strip in them.
+    ends: Vec<u32>,
+}
+
+impl<'a> OrderedFilm<'a> {
+    /// Number of splats that wait to be added to the film, for each thread, from which on no further wave
+    /// begins: 1.6 MB.
+    pub const WAITING_PER_THREAD: usize = 1 << 16;
+
+    /// Prepares a film of this frame.
+    pub fn new(film: &'a mut FilmSums, frame: &Frame, response: &'a Response) -> Self {
+        let [width, height] = frame.size();
+        let rows = STRIP_PIXELS.div_ceil(width.max(1)).max(height.div_ceil(STRIPS));
+        let log_rows = rows.next_power_of_two().trailing_zeros();
+        let strip = |film| Mutex::new(Strip { film, next: 0 });
+        let strips = film.strips(1 << log_rows).into_iter().map(strip).collect();
+        Self { response, top: frame.low[1], log_rows, strips, waves: Mutex::default() }
+    }
+
+    /// Returns whether the splats that wait leave room for those of another wave.
+    pub fn has_room(&self) -> bool {
+        lock(&self.waves).splats < Self::WAITING_PER_THREAD * rayon::current_num_threads()
+    }
+
+    /// Takes the splats of a wave, and adds those that it completes.
+    pub fn add(&self, wave: u64, splats: Vec<Splat>) {
+        let sorted = Arc::new(self.sort(splats));
+        let mut waves = lock(&self.waves);
+        waves.splats += sorted.splats.len();
+        waves.early.insert(wave, sorted);
+        waves.find_ended();
+        if waves.end() - waves.claimed >= WAVES_AT_ONCE {
+            self.add_ended(waves);
+        }
+    }
+
+    /// Adds all waves that have ended. Returns how many that were from the start.
+    pub fn finish(&self) -> u64 {
+        let waves = lock(&self.waves);
+        let end = waves.end();
+        self.add_ended(waves);
+        end
+    }
+
+    /// Adds all waves that have ended to all strips.
+    fn add_ended(&self, mut waves: MutexGuard<'_, Waves>) {
+        // Another worker may be adding some of them: each strip takes a wave from whoever comes first.
+        let (ended, first, end) = (waves.ended.clone(), waves.first, waves.end());
+        waves.claimed = end;
+        drop(waves);
+        for (i, strip) in self.strips.iter().enumerate() {
+            let Strip { film, next } = &mut *lock(strip);
+            for wave in *next..end {
+                for &Splat { pixel, set, light } in ended[(wave - first) as usize].of_strip(i) {
+                    film.add(pixel, set as usize, light.map(f64::from), self.response);
+                }
+            }
+            *next = end.max(*next);
+        }
+        lock(&self.waves).forget(end);
+    }
+
+    /// Sorts the splats of a wave by strip. Those of a strip keep their order.
+    fn sort(&self, splats: Vec<Splat>) -> SortedSplats {
+        let strip = |splat: &Splat| ((splat.pixel[1] - self.top) >> self.log_rows) as usize;
+        let mut ends = vec![0; self.strips.len()];
+        for splat in &splats {
+            ends[strip(splat)] += 1;
+        }
+        let mut sum = 0;
+        for end in &mut ends {
+            (*end, sum) = (sum, sum + *end);
+        }
+        // The start of each strip becomes its end.
+        let mut sorted = splats.clone();
+        for splat in splats {
+            let at = &mut ends[strip(&splat)];
+            sorted[*at as usize] = splat;
+            *at += 1;
+        }
+        SortedSplats { splats: sorted, ends }
+    }
+}
+
+impl Waves {
+    /// Returns the number of waves from the start that have ended.
+    fn end(&self) -> u64 {
+        self.first + self.ended.len() as u64
+    }
+
+    /// Moves early waves that follow the last to the end.
+    fn find_ended(&mut self) {
+        while let Some(wave) = self.early.remove(&self.end()) {
+            self.ended.push(wave);
+        }
+    }
+
+    /// Forgets the waves before this number, which are in all strips.
+    fn forget(&mut self, end: u64) {
+        let count = end.saturating_sub(self.first);
+        let forgotten = self.ended.drain(..count as usize);
+        self.splats -= forgotten.map(|wave| wave.splats.len()).sum::<usize>();
+        self.first += count;
+    }
+}
+
+impl SortedSplats {
+    fn of_strip(&self, strip: usize) -> &[Splat] {
+        let start = strip.checked_sub(1).map_or(0, |before| self.ends[before]);
+        &self.splats[start as usize..self.ends[strip] as usize]
+    }
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::{AtomicU64, Ordering};
+
+    use super::*;
+    use petzval_base::sampler::hash;
+
+    const FRAME: Frame = Frame { resolution: [900, 70], low: [30, 5], high: [700, 61] };
+
+    /// Splats of a wave, all over the frame.
+    fn splats(wave: u64) -> Vec<Splat> {
+        let random = |i: u32| hash(i ^ hash(wave as u32));
+        let splat = |i: u32| {
+            let [x, y] = [0, 1].map(|axis| {
+                let size = FRAME.size()[axis];
+                FRAME.low[axis] + random(4 * i + axis as u32) % size
+            });
+            // Sums of numbers that differ so much depend on their order.
+            let light = [2, 3, 7].map(|c| random(c * i) as f32 * 1e-3f32.powi((i % 6) as i32));
+            Splat { pixel: [x, y], set: 0, light }
+        };
+        (0..random(1) % 9000).map(splat).collect()
+    }
+
+    #[test]
+    fn each_pixel_receives_the_splats_in_the_order_of_the_waves() {
+        let (waves, response) = (100, Response::default());
+        let mut expected = FilmSums::new(FRAME);
+        let mut whole = expected.strips(FRAME.size()[1]);
+        for Splat { pixel, light, .. } in (0..waves).flat_map(splats) {
+            whole[0].add(pixel, 0, light.map(f64::from), &response);
+        }
+        for threads in [1, 2, 7] {
+            let mut found = FilmSums::new(FRAME);
+            let film = OrderedFilm::new(&mut found, &FRAME, &response);
+            assert!(film.strips.len() > 3, "{} strips", film.strips.len());
+            let next = AtomicU64::new(0);
+            std::thread::scope(|scope| {
+                let work = || {
+                    loop {
+                        // Neighbours change places, and so do the waves of two threads.
+                        let i = next.fetch_add(1, Ordering::Relaxed);
+                        if i >= waves {
+                            return;
+                        }
+                        film.add(i ^ 1, splats(i ^ 1));
+                    }
+                };
+                for _ in 0..threads {
+                    scope.spawn(work);
+                }
+            });
+            assert_eq!(film.finish(), waves);
+            assert!(film.has_room() && lock(&film.waves).splats == 0);
+            drop(film);
+            assert_eq!(found.picture(1).pixels, expected.picture(1).pixels, "{threads} threads");
+        }
+    }
+
+    #[test]
+    fn splats_after_a_missing_wave_wait() {
+        let (mut film, response) = (FilmSums::new(FRAME), Response::default());
+        let ordered = OrderedFilm::new(&mut film, &FRAME, &response);
+        (1..40).for_each(|wave| ordered.add(wave, splats(wave)));
+        assert_eq!(ordered.finish(), 0);
+        assert!(lock(&ordered.waves).splats > 0);
+        ordered.add(0, splats(0));
+        assert_eq!(ordered.finish(), 40);
+        assert_eq!(lock(&ordered.waves).splats, 0);
+    }
+}
