@@ -5,6 +5,8 @@
 //! that a fan misses crosses the outline, because the light of a film point is connected. The
 //! triangles on whose side light was found are widened, in all fans around the film point.
 
+use rayon::prelude::*;
+
 use super::fan::{Fan, TRIANGLES};
 use super::outline::{OutlineFinder, PupilBox};
 use super::table::FilmPosition;
@@ -44,21 +46,26 @@ fn scale(copy: usize) -> f64 {
 pub(super) fn enclose_light<const N: usize>(
     fans: &mut [Fan],
     mut between: Vec<Between<N>>,
-    finder: &mut OutlineFinder,
+    finder: &OutlineFinder,
 ) {
     for _ in 0..ROUNDS {
         let mut by = vec![[1.0f64; TRIANGLES]; fans.len()];
-        between.retain(|place| {
-            let missed = missed_light(fans, place, finder);
-            for &(triangle, scale) in &missed {
+        let missed = |finder: &mut OutlineFinder, place: Between<N>| {
+            let missed = missed_light(fans, &place, finder);
+            (!missed.is_empty()).then_some((place, missed))
+        };
+        let searched = between.into_par_iter().map_init(|| finder.clone(), missed);
+        let found: Vec<_> = searched.flatten().collect();
+        for (place, missed) in &found {
+            for &(triangle, scale) in missed {
                 for (k, _) in place.around.iter().filter(|(_, weight)| *weight > 0.0) {
                     for corner in [triangle, (triangle + 1) % TRIANGLES] {
                         by[*k][corner] = by[*k][corner].max(scale);
                     }
                 }
             }
-            !missed.is_empty()
-        });
+        }
+        between = found.into_iter().map(|(place, _)| place).collect();
         for (fan, by) in fans.iter_mut().zip(&by) {
             *fan = fan.widened(by);
         }

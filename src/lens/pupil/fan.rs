@@ -116,7 +116,8 @@ impl Fan {
     /// corner and 1 at the second; equal steps are about equal angles at the centre.
     pub(super) fn outside(&self, triangle: usize, turn: f64, scale: f64) -> [f64; 2] {
         let [a, b] = [triangle, triangle + 1].map(|k| self.corners[k].map(f64::from));
-        let [from, to] = [(1.0 - turn) * b[0].hypot(b[1]), turn * a[0].hypot(a[1])];
+        let length = |[u, v]: [f64; 2]| (u * u + v * v).sqrt();
+        let [from, to] = [(1.0 - turn) * length(b), turn * length(a)];
         let along = if from + to > 0.0 { to / (from + to) } else { 0.0 };
         [0, 1].map(|i| f64::from(self.centre[i]) + scale * (a[i] + along * (b[i] - a[i])))
     }

@@ -90,6 +90,7 @@ pub(crate) enum PupilSymmetry {
 }
 
 /// Finds the pupil of film points by tracing rays.
+#[derive(Clone)]
 pub(crate) struct OutlineFinder {
     /// A scan of each lens.
     scans: Vec<PupilScan>,

@@ -1,6 +1,7 @@
 //! Builder of the pupil table: traces the pupil of a lens over the whole film.
 
 use glam::{DAffine3, DMat2, DVec2, DVec3};
+use rayon::prelude::*;
 
 use super::enclosure::{Between, enclose_light};
 use super::fan::Fan;
@@ -98,22 +99,29 @@ impl TableBuilder<'_> {
 
     /// Builds fans over a film of this half width and height, mm.
     pub fn build_grid(&self, half: [f64; 2]) -> FanTable {
-        let mut finder = self.finder(PupilSymmetry::None);
-        let mut tracker = PupilTracker::new(self, &mut finder);
+        let finder = self.finder(PupilSymmetry::None);
         let place = |at: [f64; 2]| self.cell(half, at);
         let corner = |i: usize, j: usize| place([i, j].map(|i| i as f64));
         let side = CELLS + 1;
-        let mut lights: Vec<Option<PupilOutline>> = Vec::with_capacity(side * side);
-        for j in 0..side {
-            for i in 0..side {
+        let mut lights: Vec<Option<PupilOutline>> = vec![None; side * side];
+        // Corners of a diagonal do not need each other.
+        for diagonal in 0..2 * side - 1 {
+            let columns = diagonal.saturating_sub(CELLS)..diagonal.min(CELLS) + 1;
+            let outline = |finder: &mut OutlineFinder, i: usize| {
+                let j = diagonal - i;
                 // The neighbours to the left and below, which are known.
-                let beside = (i > 0).then(|| (lights.len() - 1, corner(i - 1, j)));
-                let under = (j > 0).then(|| (lights.len() - side, corner(i, j - 1)));
+                let beside = (i > 0).then(|| (j * side + i - 1, corner(i - 1, j)));
+                let under = (j > 0).then(|| ((j - 1) * side + i, corner(i, j - 1)));
                 let known = [beside, under]
                     .into_iter()
                     .flatten()
                     .find_map(|(k, at)| Some((at, lights[k].as_ref()?.bounds)));
-                lights.push(tracker.outline(corner(i, j), known));
+                PupilTracker::new(self, finder).outline(corner(i, j), known)
+            };
+            let found = columns.clone().into_par_iter().map_init(|| finder.clone(), outline);
+            let found: Vec<_> = found.collect();
+            for (i, light) in columns.zip(found) {
+                lights[(diagonal - i) * side + i] = light;
             }
         }
         let mut fans: Vec<Fan> =
@@ -126,7 +134,7 @@ impl TableBuilder<'_> {
             turn: [1.0, 0.0],
             around: bilinear(|a, b| (j + b) * side + i + a, s, t),
         });
-        enclose_light(&mut fans, between.collect(), tracker.finder);
+        enclose_light(&mut fans, between.collect(), &finder);
         FanTable::Grid { fans }
     }
 
@@ -148,7 +156,7 @@ impl TableBuilder<'_> {
             let seen = [corner(0, 0), corner(1, 0), corner(0, 1), corner(1, 1)];
             Ellipse::proportional(&seen.concat()).scaled(REAR_MARGIN)
         };
-        (0..CELLS * CELLS).map(cell).collect()
+        (0..CELLS * CELLS).into_par_iter().map(cell).collect()
     }
 
     /// Builds fans by spokes and rings about the point where the axis meets the film; `None` if

@@ -170,14 +170,15 @@ pub(super) fn field_zones(lens: &RealLens, film: [f64; 2], frame: &Frame) -> Fie
         .map(|node| (shapes.of(&outlines[node.in_fine_grid()], FAR_TOLERANCE), node));
     let far: Vec<(PupilShape, GridNode)> = far.collect();
     let far_bases = shapes.bases.len();
-    let near = GridNode::all(nodes).map(|grid| {
-        let place = grid.in_fine_grid();
-        let shape = shapes.of(&outlines[place], 1.0);
-        let (pupil, wavefront) = &pupils[place];
+    let near =
+        GridNode::all(nodes).map(|node| (shapes.of(&outlines[node.in_fine_grid()], 1.0), node));
+    let near: Vec<(PupilShape, GridNode)> = near.collect();
+    let zone = |(shape, grid): (PupilShape, GridNode)| {
+        let (pupil, wavefront) = &pupils[grid.in_fine_grid()];
         let wavefront = wavefront.as_ref().and_then(WavefrontFit::new);
         FieldZone { pupil: pupil.clone(), wavefront, shape, grid }
-    });
-    let near = near.collect();
+    };
+    let near = near.into_par_iter().map(zone).collect();
     let bases = shapes.bases.iter().map(|outline| outline.pupil().clone()).collect();
     FieldZones { near, far, bases, far_bases }
 }

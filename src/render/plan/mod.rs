@@ -28,6 +28,8 @@ pub use tilt_shift::Misalignment;
 
 use std::sync::{Arc, OnceLock};
 
+use rayon::prelude::*;
+
 use crate::diffraction::Diffraction;
 use crate::light_tracing::ghosts::GhostEstimate;
 use crate::sensor::Sensor;
@@ -154,7 +156,7 @@ impl Finding {
 /// Decides about all effects.
 pub fn plan(input: &PlanInput) -> Plan {
     Plan {
-        effects: Effect::ALL.map(|effect| decide(effect, input)).to_vec(),
+        effects: Effect::ALL.into_par_iter().map(|effect| decide(effect, input)).collect(),
         light_paths: LightTracingDecision::default(),
     }
 }

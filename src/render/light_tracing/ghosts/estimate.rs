@@ -1,6 +1,8 @@
 //! Estimate of the ghosts in a picture and their brightness, from a few thousand light paths
 //! through every pair of surfaces.
 
+use rayon::prelude::*;
+
 use super::trace::sample_wave;
 use super::{GhostPair, Ghosts, pairs};
 use crate::light_tracing::entry::EntryGrid;
@@ -90,31 +92,28 @@ pub fn estimate(input: &LightPathInput<'_>) -> Option<GhostEstimate> {
     }
     let mut coated = lens.prescription.clone();
     coated.assume_coating();
-    let mut waves = unoccluded_waves(input, lens);
+    let waves = unoccluded_waves(input, lens);
     if waves.is_empty() {
         return None;
     }
-    let mut all = FilmCells::new();
-    let mut seen = Vec::new();
-    for rows in pairs(&coated) {
+    let through_pair = |waves: &mut Vec<Box<LightPaths>>, rows: [usize; 2]| {
         let surfaces = ghost_sequence::<f32>(&coated, rows, coated.design.primary_wavelength());
         let mut cells = FilmCells::new();
         let mut entry = vec![0.0; ENTRY_GRID.cells()];
-        for wave_paths in &mut waves {
+        for wave_paths in waves {
             if wave_paths.trace::<f32x8>(lens, &surfaces) {
                 add_arrivals(input, wave_paths, &mut cells, &mut entry);
             }
         }
         let mean = cells.sums.iter().sum::<f64>() / cells.sums.len() as f64;
         // A light of infinite radiance has no ghost with a finite estimate.
-        if mean > 0.0
-            && mean.is_finite()
-            && let Some(entry) = entry_distribution(&entry)
-        {
-            seen.push(PairEstimate { rows, mean, peak: cells.peak(), entry });
-            all.add(&cells);
-        }
-    }
+        let entry = entry_distribution(&entry).filter(|_| mean > 0.0 && mean.is_finite())?;
+        Some((PairEstimate { rows, mean, peak: cells.peak(), entry }, cells))
+    };
+    let estimates = pairs(&coated).into_par_iter().map_init(|| waves.clone(), through_pair);
+    let (mut seen, cells): (Vec<_>, Vec<_>) = estimates.flatten().unzip();
+    let mut all = FilmCells::new();
+    cells.iter().for_each(|cells| all.add(cells));
     seen.sort_by(|a, b| b.mean.total_cmp(&a.mean));
     let pair_peak = seen.iter().map(|seen| seen.peak).fold(0.0, f64::max);
     (!seen.is_empty()).then(|| GhostEstimate {
