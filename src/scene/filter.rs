@@ -66,7 +66,7 @@ impl Profile {
 /// Number of steps of the tables.
 const STEPS: usize = 2048;
 
-/// From here on, the last bit of an f32 is worth 1.
+/// The smallest f32 whose last bit is worth 1.
 const TWO_TO_23: f32 = 8_388_608.0;
 
 /// Filter along one axis, tabulated.
@@ -139,17 +139,13 @@ impl FilterAxis {
         let (positions, last_positions) = positions.as_chunks();
         let (values, last_values) = values.as_chunks_mut::<8>();
         for (values, positions) in values.iter_mut().zip(positions) {
-            for (value, factor) in values.iter_mut().zip(self.values_at(positions)) {
-                *value *= factor;
-            }
+            multiply(values, self.values_at(positions));
         }
         let mut padded = [f32::NAN; 8];
         for (padded, position) in padded.iter_mut().zip(last_positions) {
             *padded = *position;
         }
-        for (value, factor) in last_values.iter_mut().zip(self.values_at(&padded)) {
-            *value *= factor;
-        }
+        multiply(last_values, self.values_at(&padded));
     }
 
     /// Returns the filter at positions relative to the pixel's centre; 0 at NaN.
@@ -192,6 +188,14 @@ impl FilterAxis {
 
     fn weight(&self, u: f32) -> f32 {
         self.weights.get(step(u)).copied().unwrap_or(1.0)
+    }
+}
+
+/// Multiplies values by factors; a factor of 0 gives 0, whatever the value.
+#[inline(always)]
+fn multiply(values: &mut [f32], factors: [f32; 8]) {
+    for (value, factor) in values.iter_mut().zip(factors) {
+        *value = if factor == 0.0 { 0.0 } else { *value * factor };
     }
 }
 
@@ -262,10 +266,12 @@ impl PixelFilter {
             values.map(|value| f64::from(value) / axis_filter.integral)
         };
         for first_row in rows.clone().step_by(8) {
-            for (row, along_y) in (first_row..=*rows.end()).zip(values(1, first_row)) {
-                for first in columns.clone().step_by(8) {
-                    for (column, along_x) in (first..=*columns.end()).zip(values(0, first)) {
-                        add([column, row], along_y * along_x);
+            let along_y = values(1, first_row);
+            for first_column in columns.clone().step_by(8) {
+                let along_x = values(0, first_column);
+                for (row, y) in (first_row..=*rows.end()).zip(along_y) {
+                    for (column, x) in (first_column..=*columns.end()).zip(along_x) {
+                        add([column, row], y * x);
                     }
                 }
             }
@@ -331,10 +337,54 @@ mod tests {
                 let off = (f64::from(found[0]) - expected).abs();
                 assert!(off < 2e-5 * 2.0 * profile.at(0.0, radius).powi(2), "{profile:?} {x} {y}");
             }
-            let mut none = [1.0];
-            filter.multiply([&[f32::NAN], &[0.0]], &mut none);
-            assert_eq!(none, [0.0], "{profile:?}");
+            let mut none = [1.0, f32::INFINITY];
+            filter.multiply([&[f32::NAN, 0.0], &[0.0, f32::INFINITY]], &mut none);
+            assert_eq!(none, [0.0; 2], "{profile:?}");
         }
+    }
+
+    #[test]
+    fn many_values_are_multiplied_as_one_is() {
+        for (profile, radius) in PROFILES {
+            let filter = PixelFilter::new(profile, [radius, 0.7 * radius]);
+            for count in [0, 1, 7, 8, 9, 19, 64] {
+                let position = |i: u8| 0.13 * f32::from(i) - 2.0;
+                let x: Vec<f32> = (0..count).map(position).collect();
+                let y: Vec<f32> = x.iter().map(|x| 0.3 - 0.5 * x).collect();
+                let mut together: Vec<f32> = (0..count).map(|i| f32::from(i) + 1.0).collect();
+                let alone = |(i, value): (usize, &f32)| {
+                    let mut value = [*value];
+                    filter.multiply([&x[i..=i], &y[i..=i]], &mut value);
+                    value[0]
+                };
+                let alone: Vec<f32> = together.iter().enumerate().map(alone).collect();
+                filter.multiply([&x, &y], &mut together);
+                assert_eq!(together, alone, "{profile:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_wide_filter_reaches_all_its_pixels_once() {
+        let radius = 9.65;
+        let filter = PixelFilter::new(Profile::Triangle, [radius; 2]);
+        let at = [103.2, 40.9];
+        let (mut seen, mut sum) = (Vec::new(), 0.0);
+        filter.pixels_at(at, |pixel, share| {
+            let along = |i: usize| radius - (at[i] - 0.5 - pixel[i] as f64).abs();
+            let expected = along(0) * along(1) / radius.powi(4);
+            assert!((share - expected).abs() < 1e-4 * expected.max(1e-2), "{pixel:?}: {share}");
+            seen.push(pixel);
+            sum += share;
+        });
+        seen.sort_unstable();
+        seen.dedup();
+        let inside = |i: usize| {
+            let near = |pixel: &i32| (at[i] - 0.5 - f64::from(*pixel)).abs() <= radius;
+            (0..200).filter(near).count()
+        };
+        assert_eq!(seen.len(), inside(0) * inside(1));
+        assert!((sum - 1.0).abs() < 0.01, "{sum}");
     }
 
     #[test]

@@ -118,7 +118,8 @@ impl TableBuilder<'_> {
                     .find_map(|(k, at)| Some((at, lights[k].as_ref()?.bounds)));
                 PupilTracker::new(self, finder).outline(corner(i, j), known)
             };
-            let found = columns.clone().into_par_iter().map_init(|| finder.clone(), outline);
+            let corners = columns.clone().into_par_iter().with_min_len(4);
+            let found = corners.map_init(|| finder.clone(), outline);
             let found: Vec<_> = found.collect();
             for (i, light) in columns.zip(found) {
                 lights[(diagonal - i) * side + i] = light;

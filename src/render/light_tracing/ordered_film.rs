@@ -2,8 +2,7 @@
 //!
 //! The film is divided into strips of rows. The splats of a wave are sorted by strip. Once some waves
 //! have ended, a worker adds them to one strip after another, while the other workers trace further
-//! waves or add to other strips. Each strip fits into the cache of a core, and no worker waits for
-//! another.
+//! waves. A second worker that adds waves follows the first from strip to strip.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -11,7 +10,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use super::light_paths::Splat;
 use crate::film::{FilmStrip, FilmSums, Frame, Response};
 
-/// Number of ended waves from which on they are added to the film.
+/// Workers add waves to the film once this many have ended.
 const WAVES_AT_ONCE: u64 = 8;
 /// Fewest pixels of a strip.
 const STRIP_PIXELS: u32 = 1 << 11;
@@ -27,6 +26,8 @@ pub(super) struct OrderedFilm<'a> {
     log_rows: u32,
     strips: Vec<Mutex<Strip<'a>>>,
     waves: Mutex<Waves>,
+    /// Number of waiting splats from which on there is no room for those of another wave.
+    most_waiting: usize,
 }
 
 /// A strip of the film, and the number of the next wave that it receives.
@@ -38,16 +39,16 @@ struct Strip<'a> {
 /// Waves that have ended and are not yet in all strips.
 #[derive(Default)]
 struct Waves {
-    /// Waves after those of `ended`, by number: one of them is missing before each.
+    /// Waves by number, before each of which a wave is still missing.
     early: BTreeMap<u64, Arc<SortedSplats>>,
     /// Successive waves.
     ended: Vec<Arc<SortedSplats>>,
-    /// Number of the first of them.
+    /// Number of the first wave of `ended`.
     first: u64,
-    /// Number of the wave up to which the last worker adds them.
+    /// Number of the first wave that no worker adds yet.
     claimed: u64,
-    /// Number of splats in all of them.
-    splats: usize,
+    /// Size of all waves, in splats.
+    waiting: usize,
 }
 
 /// Splats of a wave, strip by strip.
@@ -58,38 +59,49 @@ struct SortedSplats {
 }
 
 impl<'a> OrderedFilm<'a> {
-    /// Number of splats that wait to be added to the film, for each thread, from which on no further wave
-    /// begins: 1.6 MB.
-    pub const WAITING_PER_THREAD: usize = 1 << 16;
-
-    /// Prepares a film of this frame.
-    pub fn new(film: &'a mut FilmSums, frame: &Frame, response: &'a Response) -> Self {
+    /// Prepares a film of this frame. It has room for a wave until `most_waiting` splats wait.
+    pub fn new(
+        film: &'a mut FilmSums,
+        frame: &Frame,
+        response: &'a Response,
+        most_waiting: usize,
+    ) -> Self {
         let [width, height] = frame.size();
         let rows = STRIP_PIXELS.div_ceil(width.max(1)).max(height.div_ceil(STRIPS));
         let log_rows = rows.next_power_of_two().trailing_zeros();
         let strip = |film| Mutex::new(Strip { film, next: 0 });
         let strips = film.strips(1 << log_rows).into_iter().map(strip).collect();
-        Self { response, top: frame.low[1], log_rows, strips, waves: Mutex::default() }
+        Self {
+            response,
+            top: frame.low[1],
+            log_rows,
+            strips,
+            waves: Mutex::default(),
+            most_waiting,
+        }
     }
 
     /// Returns whether the splats that wait leave room for those of another wave.
     pub fn has_room(&self) -> bool {
-        lock(&self.waves).splats < Self::WAITING_PER_THREAD * rayon::current_num_threads()
+        lock(&self.waves).waiting < self.most_waiting
     }
 
     /// Takes the splats of a wave, and adds those that it completes.
     pub fn add(&self, wave: u64, splats: Vec<Splat>) {
         let sorted = Arc::new(self.sort(splats));
         let mut waves = lock(&self.waves);
-        waves.splats += sorted.splats.len();
+        waves.waiting += sorted.size();
         waves.early.insert(wave, sorted);
         waves.find_ended();
-        if waves.end() - waves.claimed >= WAVES_AT_ONCE {
+        let unclaimed = waves.end() - waves.claimed;
+        // Large waves are added sooner, since the room is shared.
+        let is_crowded = unclaimed > 0 && waves.waiting > self.most_waiting / 2;
+        if unclaimed >= WAVES_AT_ONCE || is_crowded {
             self.add_ended(waves);
         }
     }
 
-    /// Adds all waves that have ended. Returns how many that were from the start.
+    /// Adds all waves that have ended. Returns the number of the first wave that is missing.
     pub fn finish(&self) -> u64 {
         let waves = lock(&self.waves);
         let end = waves.end();
@@ -138,7 +150,7 @@ impl<'a> OrderedFilm<'a> {
 }
 
 impl Waves {
-    /// Returns the number of waves from the start that have ended.
+    /// Returns the number of the first wave that is missing.
     fn end(&self) -> u64 {
         self.first + self.ended.len() as u64
     }
@@ -154,12 +166,18 @@ impl Waves {
     fn forget(&mut self, end: u64) {
         let count = end.saturating_sub(self.first);
         let forgotten = self.ended.drain(..count as usize);
-        self.splats -= forgotten.map(|wave| wave.splats.len()).sum::<usize>();
+        self.waiting -= forgotten.map(|wave| wave.size()).sum::<usize>();
         self.first += count;
     }
 }
 
 impl SortedSplats {
+    /// Returns the size of the wave, in splats.
+    fn size(&self) -> usize {
+        self.splats.len() + self.ends.len() * size_of::<u32>() / size_of::<Splat>()
+    }
+
+    /// Returns the splats of a strip.
     fn of_strip(&self, strip: usize) -> &[Splat] {
         let start = strip.checked_sub(1).map_or(0, |before| self.ends[before]);
         &self.splats[start as usize..self.ends[strip] as usize]
@@ -175,7 +193,9 @@ mod tests {
     use std::sync::atomic::{AtomicU64, Ordering};
 
     use super::*;
+    use crate::film::Tile;
     use petzval_base::sampler::hash;
+    use petzval_spectrum::{BucketShares, Buckets};
 
     const FRAME: Frame = Frame { resolution: [900, 70], low: [30, 5], high: [700, 61] };
 
@@ -189,22 +209,41 @@ mod tests {
             });
             // Sums of numbers that differ so much depend on their order.
             let light = [2, 3, 7].map(|c| random(c * i) as f32 * 1e-3f32.powi((i % 6) as i32));
-            Splat { pixel: [x, y], set: 0, light }
+            Splat { pixel: [x, y], set: i % 64, light }
         };
         (0..random(1) % 9000).map(splat).collect()
+    }
+
+    /// Film of two buckets of wavelength.
+    fn film() -> FilmSums {
+        let buckets = Buckets::new(2, [400.0, 700.0]).expect("buckets");
+        FilmSums::new(FRAME).with_buckets(Some(&Arc::new(BucketShares::new(buckets))))
+    }
+
+    /// Adds the splats of waves to a film in the order of the waves.
+    fn add_in_order(waves: u64, film: &mut FilmSums, response: &Response) {
+        for strip in &mut film.strips(FRAME.size()[1]) {
+            for Splat { pixel, set, light } in (0..waves).flat_map(splats) {
+                strip.add(pixel, set as usize, light.map(f64::from), response);
+            }
+        }
+    }
+
+    fn assert_same(found: &FilmSums, expected: &FilmSums) {
+        assert_eq!(found.picture(1).pixels, expected.picture(1).pixels);
+        let whole = Tile { low: FRAME.low, size: FRAME.size() };
+        assert_eq!(found.tile(&whole).bucket_sums(), expected.tile(&whole).bucket_sums());
     }
 
     #[test]
     fn each_pixel_receives_the_splats_in_the_order_of_the_waves() {
         let (waves, response) = (100, Response::default());
-        let mut expected = FilmSums::new(FRAME);
-        let mut whole = expected.strips(FRAME.size()[1]);
-        for Splat { pixel, light, .. } in (0..waves).flat_map(splats) {
-            whole[0].add(pixel, 0, light.map(f64::from), &response);
-        }
-        for threads in [1, 2, 7] {
-            let mut found = FilmSums::new(FRAME);
-            let film = OrderedFilm::new(&mut found, &FRAME, &response);
+        let mut expected = film();
+        add_in_order(waves, &mut expected, &response);
+        // With little room, waves are added one by one.
+        for (threads, room) in [(1, usize::MAX), (2, usize::MAX), (7, usize::MAX), (3, 1)] {
+            let mut found = film();
+            let film = OrderedFilm::new(&mut found, &FRAME, &response, room);
             assert!(film.strips.len() > 3, "{} strips", film.strips.len());
             let next = AtomicU64::new(0);
             std::thread::scope(|scope| {
@@ -223,21 +262,42 @@ mod tests {
                 }
             });
             assert_eq!(film.finish(), waves);
-            assert!(film.has_room() && lock(&film.waves).splats == 0);
+            assert!(film.has_room() && lock(&film.waves).waiting == 0);
             drop(film);
-            assert_eq!(found.picture(1).pixels, expected.picture(1).pixels, "{threads} threads");
+            assert_same(&found, &expected);
         }
     }
 
     #[test]
+    fn workers_that_add_the_same_waves_add_them_once() {
+        let (waves, response) = (6, Response::default());
+        let [mut expected, mut found] = [film(), film()];
+        add_in_order(waves, &mut expected, &response);
+        let film = OrderedFilm::new(&mut found, &FRAME, &response, usize::MAX);
+        (0..waves).for_each(|wave| film.add(wave, splats(wave)));
+        std::thread::scope(|scope| {
+            let strip = lock(&film.strips[1]);
+            let both = [(); 2].map(|()| scope.spawn(|| film.finish()));
+            // Both have copied the list of waves by then, or come later and find it empty.
+            std::thread::sleep(std::time::Duration::from_millis(50));
+            drop(strip);
+            for worker in both {
+                assert_eq!(worker.join().expect("a worker"), waves);
+            }
+        });
+        drop(film);
+        assert_same(&found, &expected);
+    }
+
+    #[test]
     fn splats_after_a_missing_wave_wait() {
-        let (mut film, response) = (FilmSums::new(FRAME), Response::default());
-        let ordered = OrderedFilm::new(&mut film, &FRAME, &response);
+        let (mut film, response) = (film(), Response::default());
+        let ordered = OrderedFilm::new(&mut film, &FRAME, &response, 50_000);
         (1..40).for_each(|wave| ordered.add(wave, splats(wave)));
         assert_eq!(ordered.finish(), 0);
-        assert!(lock(&ordered.waves).splats > 0);
+        assert!(!ordered.has_room());
         ordered.add(0, splats(0));
         assert_eq!(ordered.finish(), 40);
-        assert_eq!(lock(&ordered.waves).splats, 0);
+        assert!(ordered.has_room() && lock(&ordered.waves).waiting == 0);
     }
 }

@@ -70,10 +70,20 @@ impl Strategy<'_> {
     }
 }
 
+/// Number of splats that wait to be added to the film, for each thread, from which on no further wave
+/// begins: 1.6 MB.
+const WAITING_PER_THREAD: usize = 1 << 16;
+
 /// The stage after all others. It keeps the columns of its workers from call to call.
-#[derive(Default)]
 pub struct SplatStage {
     columns: ColumnPool<StrategyColumns>,
+    waiting_per_thread: usize,
+}
+
+impl Default for SplatStage {
+    fn default() -> Self {
+        Self { columns: ColumnPool::default(), waiting_per_thread: WAITING_PER_THREAD }
+    }
 }
 
 impl SplatStage {
@@ -103,8 +113,15 @@ impl SplatStage {
         }
         let per_sample = waves.len() as u64;
         let end = samples.len() as u64 * per_sample;
-        let sums = OrderedFilm::new(film, input.frame, input.response);
+        let most_waiting = self.waiting_per_thread * rayon::current_num_threads();
+        let sums = OrderedFilm::new(film, input.frame, input.response, most_waiting);
         let nanoseconds = AtomicU64::new(0);
+        let timed = |work: &mut dyn FnMut()| {
+            let start = thread_time();
+            work();
+            let time = thread_time().saturating_sub(start);
+            nanoseconds.fetch_add(time.as_nanos() as u64, Ordering::Relaxed);
+        };
         let begins = |i: &u64| *i == 0 || !i.is_multiple_of(per_sample) || goes_on();
         let mut next = 0;
         while next < end && begins(&next) {
@@ -113,18 +130,17 @@ impl SplatStage {
             numbers.par_bridge().for_each(|i| {
                 let (strategy, wave) = waves[(i % per_sample) as usize];
                 let sample = samples.start + (i / per_sample) as u32;
-                let start = thread_time();
-                let splats = match input.is_stopped() {
-                    true => Vec::new(),
-                    false => self.columns.lend(Box::default, |columns| {
-                        strategy.trace::<R>(input, lens, columns, [wave, sample])
-                    }),
-                };
-                sums.add(i, splats);
-                let time = thread_time().saturating_sub(start);
-                nanoseconds.fetch_add(time.as_nanos() as u64, Ordering::Relaxed);
+                timed(&mut || {
+                    let splats = match input.is_stopped() {
+                        true => Vec::new(),
+                        false => self.columns.lend(Box::default, |columns| {
+                            strategy.trace::<R>(input, lens, columns, [wave, sample])
+                        }),
+                    };
+                    sums.add(i, splats);
+                });
             });
-            next = sums.finish();
+            timed(&mut || next = sums.finish());
         }
         let stats = &mut stats.stages[Stage::LightPaths as usize];
         stats.time += Duration::from_nanos(nanoseconds.into_inner());
@@ -138,7 +154,8 @@ impl SplatStage {
         let columns = (2 * size_of::<LightPaths>() + Caustics::COLUMN_BYTES) as u64;
         let [width, height] = filter.margin().map(|margin| (2.0 * margin).ceil() as u64 + 2);
         let of_path = width * height * FrontEntry::bands_per_path(lens);
-        let splats = OrderedFilm::WAITING_PER_THREAD as u64 + of_path * WAVE_SIZE as u64;
+        // Those of a wave twice, while they are sorted.
+        let splats = WAITING_PER_THREAD as u64 + 2 * of_path * WAVE_SIZE as u64;
         threads * (columns + splats * size_of::<Splat>() as u64)
     }
 }
@@ -167,18 +184,23 @@ mod tests {
         assert!(strategies.len() > 1, "{strategies:?}");
         let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().expect("threads");
         let (stage, asked) = (SplatStage::default(), AtomicU32::new(0));
-        let run = |samples: Range<u32>,
+        let run = |stage: &SplatStage,
+                   samples: Range<u32>,
                    goes_on: &(dyn Fn() -> bool + Sync),
                    film: &mut FilmSums| {
             let (input, stats) = (job.light_path_input(), &mut Stats::default());
             pool.install(|| stage.run::<f32x8>(&input, &strategies, samples, goes_on, film, stats))
         };
-        let [mut whole, mut part] = [(); 2].map(|()| FilmSums::new(job.frame));
-        assert_eq!(run(7..12, &|| true, &mut whole), 5);
+        let [mut whole, mut part, mut crowded] = [(); 3].map(|()| FilmSums::new(job.frame));
+        assert_eq!(run(&stage, 7..12, &|| true, &mut whole), 5);
         let once = || asked.fetch_add(1, Ordering::Relaxed) < 1;
-        assert_eq!(run(7..12, &once, &mut part), 2);
+        assert_eq!(run(&stage, 7..12, &once, &mut part), 2);
         assert_ne!(part.picture(1).pixels, whole.picture(1).pixels);
-        assert_eq!(run(9..12, &|| true, &mut part), 3);
+        assert_eq!(run(&stage, 9..12, &|| true, &mut part), 3);
         assert_eq!(part.picture(1).pixels, whole.picture(1).pixels);
+        // Each wave fills the room.
+        let small = SplatStage { waiting_per_thread: 1, ..SplatStage::default() };
+        assert_eq!(run(&small, 7..12, &|| true, &mut crowded), 5);
+        assert_eq!(crowded.picture(1).pixels, whole.picture(1).pixels);
     }
 }

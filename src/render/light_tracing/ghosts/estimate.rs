@@ -134,7 +134,7 @@ fn lit_share(input: &LightPathInput<'_>) -> f64 {
         input.camera.sees_light(low, high, LIT_GRID)
     };
     let lit = cells.filter(sees).count();
-    // Paths are due even where no cell seems to see light.
+    // Ghosts need paths even if no cell is lit.
     lit.max(1) as f64 / f64::from(columns * rows)
 }
 
@@ -289,4 +289,34 @@ fn entry_distribution(entry: &[f64]) -> Option<Distribution> {
         sum.sqrt() + 0.02 * total.sqrt()
     };
     ENTRY_GRID.density(weight)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::prepare::{Changes, prepare};
+    use petzval_scene_formats::pbrt;
+
+    #[test]
+    fn the_lit_share_of_a_film_is_that_of_the_pixels_with_samples() {
+        for (scene, range) in [("fisheye", 0.2..0.3), ("dgauss", 0.85..1.0), ("wide", 0.8..0.9)] {
+            let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
+            let description = pbrt::read(&path.join(format!("{scene}.pbrt"))).expect("a scene");
+            let changes =
+                Changes { effects: "none".parse().expect("effects"), ..Changes::default() };
+            let job = prepare(description, &changes).expect("a job").job;
+            let share = lit_share(&job.light_path_input());
+            assert!(range.contains(&share), "{scene}: {share}");
+            let samples: u64 = job.tiles().iter().map(|tile| job.sampler(tile, 0..1).count()).sum();
+            let [width, height] = job.frame.resolution;
+            let pixels = samples as f64 / f64::from(width * height);
+            // A cell of the rim counts as lit as a whole.
+            assert!(
+                (-0.01..0.06).contains(&(share - pixels)),
+                "{scene}: {share}, {pixels} of pixels"
+            );
+        }
+    }
 }

@@ -125,10 +125,9 @@ pub(super) fn sample_wave(
     let poses = CameraPoses::new(input.camera, input.timing);
     paths.clear();
     paths.numbers.fill(key, 0);
-    for in_wave in 0..WAVE_SIZE {
-        let i = in_wave as u32;
+    for i in 0..WAVE_SIZE as u32 {
         let PathNumbers { choice, entry: at_entry, light: on_light } =
-            paths.numbers.of_path(in_wave);
+            paths.numbers.of_path(i as usize);
         let DistributionSample { uv, density, .. } = entry.sample(at_entry);
         let [x, y] = square.place(uv.map(f64::from));
         if x * x + y * y > square.half * square.half {
