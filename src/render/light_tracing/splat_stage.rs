@@ -116,12 +116,6 @@ impl SplatStage {
         let most_waiting = self.waiting_per_thread * rayon::current_num_threads();
         let sums = OrderedFilm::new(film, input.frame, input.response, most_waiting);
         let nanoseconds = AtomicU64::new(0);
-        let timed = |work: &mut dyn FnMut()| {
-            let start = thread_time();
-            work();
-            let time = thread_time().saturating_sub(start);
-            nanoseconds.fetch_add(time.as_nanos() as u64, Ordering::Relaxed);
-        };
         let begins = |i: &u64| *i == 0 || !i.is_multiple_of(per_sample) || goes_on();
         let mut next = 0;
         while next < end && begins(&next) {
@@ -130,7 +124,7 @@ impl SplatStage {
             numbers.par_bridge().for_each(|i| {
                 let (strategy, wave) = waves[(i % per_sample) as usize];
                 let sample = samples.start + (i / per_sample) as u32;
-                timed(&mut || {
+                timed(&nanoseconds, || {
                     let splats = match input.is_stopped() {
                         true => Vec::new(),
                         false => self.columns.lend(Box::default, |columns| {
@@ -140,7 +134,7 @@ impl SplatStage {
                     sums.add(i, splats);
                 });
             });
-            timed(&mut || next = sums.finish());
+            next = timed(&nanoseconds, || sums.finish());
         }
         let stats = &mut stats.stages[Stage::LightPaths as usize];
         stats.time += Duration::from_nanos(nanoseconds.into_inner());
@@ -158,6 +152,15 @@ impl SplatStage {
         let splats = WAITING_PER_THREAD as u64 + 2 * of_path * WAVE_SIZE as u64;
         threads * (columns + splats * size_of::<Splat>() as u64)
     }
+}
+
+/// Adds the thread's time of some work to a sum (ns).
+fn timed<T>(nanoseconds: &AtomicU64, work: impl FnOnce() -> T) -> T {
+    let start = thread_time();
+    let result = work();
+    let time = thread_time().saturating_sub(start);
+    nanoseconds.fetch_add(time.as_nanos() as u64, Ordering::Relaxed);
+    result
 }
 
 #[cfg(test)]
