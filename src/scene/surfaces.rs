@@ -180,20 +180,22 @@ impl Scene {
             let at = first + packet * R::LANES;
             let (mut u, mut v, mut smooth) = ([0.0; 8], [0.0; 8], [0.0; 8]);
             let mut exceptions = Exceptions::default();
+            let mut meshes = [None; 8];
             for (lane, &ray) in order.iter().enumerate() {
                 let hit = &inputs.hits[ray as usize];
                 (u[lane], v[lane]) = (hit.u, hit.v);
                 exceptions.instances |= u32::from(hit.instance != NO_INDEX) << lane;
                 match &self.shapes[hit.shape as usize].geometry {
                     Geometry::Mesh(mesh) => {
-                        triangles.set(lane, &mesh.triangle(hit.primitive));
                         smooth[lane] = f32::from(mesh.is_smooth());
+                        meshes[lane] = Some((mesh, hit.primitive));
                     }
                     Geometry::Patches(_) | Geometry::Curves(_) | Geometry::Quadric(_) => {
                         exceptions.others |= 1 << lane;
                     }
                 }
             }
+            triangles.gather(&meshes, inputs.derivatives);
             if exceptions.others.count_ones() as usize != order.len() {
                 let (u, v, triangles) = (R::load(&u), R::load(&v), triangles.load::<R>());
                 columns.set_points(at, &triangles.point(u, v));

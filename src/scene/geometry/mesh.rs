@@ -133,23 +133,46 @@ impl Mesh {
     #[inline(always)]
     pub fn triangle(&self, index: u32) -> ShadingTriangle<f32> {
         let corners = self.triangles[index as usize];
-        let mut triangle = ShadingTriangle {
-            positions: corners.map(|i| self.positions[i as usize]),
-            normals: [[0.0; 3]; 3],
-            uvs: match self.patch_starts.get(index as usize) {
-                // The second triangle of a patch begins at its corner (1, 1).
-                Some(&start) if start != index => [[1.0, 1.0], [0.0, 1.0], [0.0, 0.0]],
-                _ => [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]],
-            },
-            side: if self.flipped { -1.0 } else { 1.0 },
-        };
-        if !self.normals.is_empty() {
-            triangle.normals = corners.map(|i| self.normals[i as usize]);
+        ShadingTriangle {
+            positions: self.positions_of(corners),
+            normals: self.normals_of(corners),
+            uvs: self.uvs_of(index, corners),
+            side: self.side(),
         }
+    }
+
+    /// Returns the positions of the corners of a triangle.
+    #[inline(always)]
+    pub(super) fn positions_of(&self, corners: [u32; 3]) -> [[f32; 3]; 3] {
+        corners.map(|i| self.positions[i as usize])
+    }
+
+    /// Returns the shading normals at the corners of a triangle; 0 if there are none.
+    #[inline(always)]
+    pub(super) fn normals_of(&self, corners: [u32; 3]) -> [[f32; 3]; 3] {
+        match self.normals.is_empty() {
+            true => [[0.0; 3]; 3],
+            false => corners.map(|i| self.normals[i as usize]),
+        }
+    }
+
+    /// Returns the texture coordinates at the corners of a triangle, given its index too.
+    #[inline(always)]
+    pub(super) fn uvs_of(&self, index: u32, corners: [u32; 3]) -> [[f32; 2]; 3] {
         if !self.uvs.is_empty() {
-            triangle.uvs = corners.map(|i| self.uvs[i as usize]);
+            return corners.map(|i| self.uvs[i as usize]);
         }
-        triangle
+        match self.patch_starts.get(index as usize) {
+            // The second triangle of a patch begins at its corner (1, 1).
+            Some(&start) if start != index => [[1.0, 1.0], [0.0, 1.0], [0.0, 0.0]],
+            _ => [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]],
+        }
+    }
+
+    /// Returns -1 if the normal is opposite to the winding, otherwise 1.
+    #[inline(always)]
+    pub(super) fn side(&self) -> f32 {
+        if self.flipped { -1.0 } else { 1.0 }
     }
 
     /// Returns the tangent of the shading frame at a hit, of any length, or `None` if it follows the

@@ -1,5 +1,6 @@
 //! Triangles with the vertex data that shading needs, one per lane.
 
+use super::mesh::Mesh;
 use super::surface_packet::{SurfaceDerivativesPacket, SurfacePacket};
 use super::surface_point::gamma;
 use petzval_base::lanes::Real;
@@ -114,19 +115,38 @@ impl Default for TriangleLanes {
 }
 
 impl TriangleLanes {
-    /// Sets the triangle of a lane.
+    /// Gathers the triangles of the lanes that have a mesh, each with the index of its triangle; `uvs` says
+    /// whether texture coordinates are needed.
+    ///
+    /// Every kind of data is gathered for all lanes before the next kind, so that the lanes wait for
+    /// memory together.
     #[inline(always)]
-    pub fn set(&mut self, lane: usize, triangle: &ShadingTriangle<f32>) {
-        for vertex in 0..3 {
-            for axis in 0..3 {
-                self.positions[vertex][axis][lane] = triangle.positions[vertex][axis];
-                self.normals[vertex][axis][lane] = triangle.normals[vertex][axis];
-            }
-            for axis in 0..2 {
-                self.uvs[vertex][axis][lane] = triangle.uvs[vertex][axis];
+    pub fn gather(&mut self, meshes: &[Option<(&Mesh, u32)>; 8], uvs: bool) {
+        let mut corners = [[0; 3]; 8];
+        for (lane, mesh) in meshes.iter().enumerate() {
+            if let Some((mesh, index)) = mesh {
+                corners[lane] = mesh.triangles[*index as usize];
             }
         }
-        self.side[lane] = triangle.side;
+        for (lane, mesh) in meshes.iter().enumerate() {
+            if let Some((mesh, _)) = mesh {
+                set_lane(&mut self.positions, lane, &mesh.positions_of(corners[lane]));
+                self.side[lane] = mesh.side();
+            }
+        }
+        for (lane, mesh) in meshes.iter().enumerate() {
+            if let Some((mesh, _)) = mesh {
+                set_lane(&mut self.normals, lane, &mesh.normals_of(corners[lane]));
+            }
+        }
+        if !uvs {
+            return;
+        }
+        for (lane, mesh) in meshes.iter().enumerate() {
+            if let Some((mesh, index)) = mesh {
+                set_lane(&mut self.uvs, lane, &mesh.uvs_of(*index, corners[lane]));
+            }
+        }
     }
 
     /// Returns the triangles of all lanes.
@@ -149,5 +169,15 @@ impl TriangleLanes {
             }
         }
         triangle
+    }
+}
+
+/// Sets the vectors of the three vertices in a lane.
+#[inline(always)]
+fn set_lane<const N: usize>(lanes: &mut [[[f32; 8]; N]; 3], lane: usize, vectors: &[[f32; N]; 3]) {
+    for (lanes, vector) in lanes.iter_mut().zip(vectors) {
+        for (axis, &value) in lanes.iter_mut().zip(vector) {
+            axis[lane] = value;
+        }
     }
 }

@@ -99,13 +99,14 @@ impl Scene {
         for entries in group(EmitterClass::Triangle) {
             let lanes = LaneIndices::new::<R>(entries);
             self.sample_areas(inputs, &lanes, chosen, samples, |from, u| {
+                let mut meshes = [None; 8];
                 for (lane, &at) in entries.iter().enumerate() {
-                    let (light, primitive) =
-                        (self.area_light(chosen, at), chosen.primitive[at as usize]);
+                    let light = self.area_light(chosen, at);
                     if let Geometry::Mesh(mesh) = &self.shapes[light.shape as usize].geometry {
-                        triangles.set(lane, &mesh.triangle(primitive));
+                        meshes[lane] = Some((mesh, chosen.primitive[at as usize]));
                     }
                 }
+                triangles.gather(&meshes, false);
                 EmitterPoints::<R>::on_triangle(&triangles.load(), from.position, u).0
             });
         }

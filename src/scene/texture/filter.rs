@@ -85,8 +85,17 @@ impl MipMap {
         let (mut xs, mut ys) = ([0.0; 8], [0.0; 8]);
         left.store(&mut xs);
         top.store(&mut ys);
+        let at = |lane: usize| [xs[lane] as i64, ys[lane] as i64];
+        // All lanes read before one decodes, so that they wait for memory together.
+        let mut rows = [None; 8];
         for lane in 0..R::LANES {
-            let corners = self.corners(levels[lane], [xs[lane] as i64, ys[lane] as i64], wrap);
+            rows[lane] = self.byte_rows(levels[lane], at(lane));
+        }
+        for lane in 0..R::LANES {
+            let corners = match rows[lane] {
+                Some(rows) => self.decode_rows(rows),
+                None => self.corners(levels[lane], at(lane), wrap),
+            };
             for corner in 0..CORNERS {
                 for channel in 0..4 {
                     texels[corner][channel][lane] = corners[corner][channel];
@@ -107,14 +116,45 @@ impl MipMap {
         sum
     }
 
+    /// Returns the eight bytes from the texel at (x, y) on, and those from (x, y + 1) on, which hold two
+    /// texels each; `None` if these texels are not all inside the image, or close to its end, or not
+    /// bytes.
+    #[inline(always)]
+    fn byte_rows(&self, level: usize, at: [i64; 2]) -> Option<[[u8; 8]; 2]> {
+        let width = self.levels[level].size[0];
+        let (first, bytes) = (self.first_inside(level, at)?, self.bytes_of(level)?);
+        let row = |first: usize| bytes.get(first * self.channels()..)?.first_chunk().copied();
+        Some([row(first)?, row(first + width)?])
+    }
+
+    /// Returns the texels of [`Self::byte_rows`], in the order of [`Self::corners`].
+    #[inline(always)]
+    fn decode_rows(&self, [upper, lower]: [[u8; 8]; 2]) -> [[f32; 4]; CORNERS] {
+        let pair = |row: [u8; 8]| {
+            let [a, b, c, d, e, f, g, h] = row;
+            match self.channels() {
+                1 => [self.decode(&[a]), self.decode(&[b])],
+                3 => [self.decode(&[a, b, c]), self.decode(&[d, e, f])],
+                _ => [self.decode(&[a, b, c, d]), self.decode(&[e, f, g, h])],
+            }
+        };
+        let ([a, b], [c, d]) = (pair(upper), pair(lower));
+        [a, b, c, d]
+    }
+
+    /// Returns the index of a texel if it, its right and its lower neighbour are inside the image.
+    #[inline(always)]
+    fn first_inside(&self, level: usize, [x, y]: [i64; 2]) -> Option<usize> {
+        let [width, height] = self.levels[level].size;
+        let inside = x >= 0 && y >= 0 && x < width as i64 - 1 && y < height as i64 - 1;
+        inside.then(|| y as usize * width + x as usize)
+    }
+
     /// Returns the texels at (x, y), (x + 1, y), (x, y + 1) and (x + 1, y + 1).
     #[inline(always)]
     fn corners(&self, level: usize, [x, y]: [i64; 2], wrap: Wrap) -> [[f32; 4]; CORNERS] {
-        let [width, height] = self.levels[level].size;
-        let (w, h) = (width as i64, height as i64);
-        let inside = x >= 0 && y >= 0 && x < w - 1 && y < h - 1;
-        if inside {
-            let first = y as usize * width + x as usize;
+        if let Some(first) = self.first_inside(level, [x, y]) {
+            let width = self.levels[level].size[0];
             return [
                 self.texel_at(level, first),
                 self.texel_at(level, first + 1),
@@ -165,8 +205,33 @@ impl MipMap {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::texture::texel;
     use petzval_base::lanes::f32x8;
-    use petzval_image::{ImageSamples, Raster};
+    use petzval_image::{ImageSamples, Raster, Transfer};
+
+    #[test]
+    fn bytes_are_interpolated_between_the_texels_around_a_point() {
+        for (size, channels) in [([16, 9], 3), ([7, 32], 4), ([5, 3], 1), ([3, 2], 3), ([1, 1], 3)]
+        {
+            let count = size[0] * size[1] * channels;
+            let bytes = (0..count).map(|i| ((i * 2_654_435_761) >> 7) as u8).collect();
+            let samples = ImageSamples::Bytes(bytes, Transfer::Srgb);
+            let mipmap = MipMap::new(Raster { size, channels, samples });
+            for wrap in [Wrap::Repeat, Wrap::Clamp, Wrap::Black, Wrap::OctahedralSphere] {
+                for k in 0..400 {
+                    let [s, t] = [k % 23, k / 23].map(|i| i as f32 * 0.0713 - 0.2);
+                    let found = mipmap.sample([s, t], 0.0, wrap, TextureFilter::Bilinear);
+                    let point = texel::texel_coordinates([s, t].into(), size, wrap);
+                    let wrap = mipmap.wrap_at(0, wrap);
+                    let expected = texel::bilinear(point, |x, y| mipmap.texel(0, x, y, wrap));
+                    for channel in 0..4 {
+                        let error = (found[channel] - expected[channel]).abs();
+                        assert!(error < 1e-6, "{size:?} {channels} {wrap:?} {s} {t}: {found:?}");
+                    }
+                }
+            }
+        }
+    }
 
     #[test]
     fn eight_lookups_equal_single_ones() {

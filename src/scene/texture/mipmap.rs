@@ -121,20 +121,33 @@ impl MipMap {
         }
     }
 
+    /// Returns the texels of a level, row by row, if they are bytes.
+    #[inline(always)]
+    pub(super) fn bytes_of(&self, level: usize) -> Option<&[u8]> {
+        match &self.levels[level].texels {
+            Texels::Bytes(bytes) => Some(bytes),
+            Texels::Floats(_) => None,
+        }
+    }
+
+    /// Returns the red, green, blue and alpha of a texel of bytes.
+    #[inline(always)]
+    pub(super) fn decode(&self, bytes: &[u8]) -> [f32; 4] {
+        let light = |byte: &u8| self.light[usize::from(*byte)];
+        match bytes {
+            [r, g, b] => [light(r), light(g), light(b), 1.0],
+            [r, g, b, alpha] => [light(r), light(g), light(b), light(alpha)],
+            [grey, ..] => [light(grey), light(grey), light(grey), 1.0],
+            [] => [0.0; 4],
+        }
+    }
+
     /// Returns a texel of a level by its index, row by row.
     #[inline(always)]
     pub(super) fn texel_at(&self, level: usize, index: usize) -> [f32; 4] {
         let first = index * self.channels;
         match &self.levels[level].texels {
-            Texels::Bytes(bytes) => {
-                let light = |byte: &u8| self.light[usize::from(*byte)];
-                match &bytes[first..first + self.channels] {
-                    [r, g, b] => [light(r), light(g), light(b), 1.0],
-                    [r, g, b, alpha] => [light(r), light(g), light(b), light(alpha)],
-                    [grey, ..] => [light(grey), light(grey), light(grey), 1.0],
-                    [] => [0.0; 4],
-                }
-            }
+            Texels::Bytes(bytes) => self.decode(&bytes[first..first + self.channels]),
             Texels::Floats(floats) => match floats[first..first + self.channels] {
                 [r, g, b] => [r, g, b, 1.0],
                 [r, g, b, alpha] => [r, g, b, alpha],
