@@ -20,7 +20,7 @@ use petzval_render::light_tracing::ghosts::estimate;
 use petzval_render::light_tracing::{SplatStage, Strategy};
 use petzval_render::plan::{Effect, EffectSelection};
 use petzval_render::prepare::{Changes, prepare};
-use petzval_render::sensor::{Bayer, Sensor};
+use petzval_render::sensor::{Bayer, Components, Sensor};
 use petzval_render::{RenderOptions, RenderOutput, render};
 use petzval_scene_formats::pbrt;
 use petzval_spectrum::Glass;
@@ -144,11 +144,10 @@ fn sensor(bench: &mut Criterion) {
     let on = Sensor {
         iso: 800.0,
         full_well: 54_000.0,
-        read_noise: 2.5,
+        read_noise: Components { pixel: 2.5, ..Components::default() },
         bits: 14,
         black_level: 512,
-        bayer: None,
-        filters: None,
+        ..Sensor::default()
     };
     let mosaic = Sensor { bayer: Some(Bayer::Rggb), ..on };
     for (name, sensor, value) in

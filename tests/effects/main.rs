@@ -8,6 +8,7 @@ mod camera_filters;
 mod caustics;
 mod diffraction;
 mod dispersion;
+mod emva;
 mod ghosts;
 mod hero;
 mod light_paths;

@@ -8,15 +8,28 @@ use petzval_image::Picture;
 use petzval_render::film::Frame;
 use petzval_render::job::Job;
 use petzval_render::prepare::{Changes, prepare};
-use petzval_render::sensor::{Bayer, Sensor, SensorSettings};
+use petzval_render::sensor::{Bayer, Components, FixedPattern, HotPixels, Sensor, SensorSettings};
 use petzval_render::{RenderOptions, render};
 use petzval_scene_formats::pbrt;
+
+/// Read noise of photosites alone.
+const fn read_noise(pixel: f64) -> Components {
+    Components { pixel, row: 0.0, column: 0.0 }
+}
 
 /// A sensor of few bits, so that steps can be counted.
 const COARSE: Sensor = Sensor {
     iso: 100.0,
     full_well: 40_000.0,
-    read_noise: 3.0,
+    read_noise: read_noise(3.0),
+    dark_current: 0.0,
+    seconds: 0.0,
+    fixed_pattern: FixedPattern {
+        seed: 0,
+        dark_signal: read_noise(0.0),
+        response: read_noise(0.0),
+        hot: HotPixels { share: 0.0, dark_current: 0.0 },
+    },
     bits: 8,
     black_level: 15,
     bayer: None,
@@ -57,7 +70,7 @@ fn noise_of_a_picture_follows_the_light_of_every_channel() {
 fn readings(options: &str, value: f32) -> [f64; 2] {
     let settings: SensorSettings = options.parse().expect("settings");
     let size = [1000, 800];
-    let read = settings.sensor(100.0, 6.0).read_out(&flat([value; 3], size), [0, 0], 17);
+    let read = settings.sensor(100.0, 6.0, 0.0).read_out(&flat([value; 3], size), [0, 0], 17);
     let n = (3 * size[0] * size[1]) as f64;
     let values = || read.pixels.iter().flatten().map(|&value| f64::from(value));
     let mean = values().sum::<f64>() / n;
@@ -102,10 +115,10 @@ fn every_source_of_noise_is_as_strong_as_its_definition() {
 #[test]
 fn a_dark_frame_has_no_bias() {
     for options in ["", "iso=6400,read=2.5,bits=12", "iso=1600,read=3,bits=10,bayer=gbrg"] {
-        let sensor = options.parse::<SensorSettings>().expect("settings").sensor(100.0, 4.0);
+        let sensor = options.parse::<SensorSettings>().expect("settings").sensor(100.0, 4.0, 0.0);
         let read = sensor.read_out(&flat([0.0; 3], [1000, 800]), [0, 0], 5);
         let step = sensor.white_electrons() / f64::from(sensor.max_code() - sensor.black_level);
-        let expected = sensor.read_noise.powi(2) + step * step / 12.0;
+        let expected = sensor.read_noise.variance() + step * step / 12.0;
         let [mean, variance] = moments(&read, 1).map(|m| m * sensor.white_electrons());
         let (variance, n) = (variance * sensor.white_electrons(), 8e5f64);
         assert!(mean.abs() < 5.0 * (expected / n).sqrt(), "{options}: {mean} electrons");
@@ -141,7 +154,7 @@ fn the_estimated_noise_equals_the_noise_of_readings() {
         ("iso=100,well=25500,read=60,bits=8,black=0", 0.05),
     ] {
         let settings: SensorSettings = options.parse().expect("settings");
-        let estimate = settings.sensor(100.0, 6.0).relative_noise(f64::from(value));
+        let estimate = settings.sensor(100.0, 6.0, 0.0).relative_noise(f64::from(value));
         let [mean, variance] = readings(options, value);
         let off = estimate / (100.0 * variance.sqrt() / mean) - 1.0;
         // The tolerance of a standard deviation is half that of the variance.
@@ -155,7 +168,8 @@ fn light_beyond_white_or_the_full_well_is_clipped() {
     let read = COARSE.read_out(&bright, [0, 0], 0);
     assert!(read.pixels.iter().all(|pixel| *pixel == [1.0; 3]));
     // At half the base ISO the full well is half of white.
-    let slow = Sensor { iso: 50.0, read_noise: 0.0, bits: 16, black_level: 0, ..COARSE };
+    let slow =
+        Sensor { iso: 50.0, read_noise: read_noise(0.0), bits: 16, black_level: 0, ..COARSE };
     let read = slow.read_out(&bright, [0, 0], 0);
     assert!(read.pixels.iter().flatten().all(|&v| (v - 0.5).abs() < 1e-5), "{:?}", read.pixels[0]);
 }
@@ -177,7 +191,8 @@ fn values_are_codes_and_every_code_occurs() {
 
 #[test]
 fn a_pixel_of_the_mosaic_keeps_the_channel_of_its_filter() {
-    let quiet = Sensor { read_noise: 0.0, bits: 16, black_level: 0, full_well: 1e12, ..COARSE };
+    let quiet =
+        Sensor { read_noise: read_noise(0.0), bits: 16, black_level: 0, full_well: 1e12, ..COARSE };
     let value = [0.2, 0.5, 0.8];
     let channels = |bayer: Bayer, origin: [u32; 2]| -> String {
         let sensor = Sensor { bayer: Some(bayer), ..quiet };
@@ -217,9 +232,16 @@ fn readings_of_any_light_lie_between_the_first_code_and_the_last() {
     let picture = Picture { size: [nasty.len(), nasty.len()], pixels };
     for iso in [1e-300, 1e-3, 100.0, 1e7, 1e300] {
         for pitch in [0.0, 1e-9, 6.0, 1e9, f64::INFINITY] {
-            for text in ["", "bits=1,read=0", "bits=16,black=65534,read=1e6", "bayer", "well=1"] {
+            for text in [
+                "",
+                "bits=1,read=0",
+                "bits=16,black=65534,read=1e6",
+                "bayer",
+                "well=1",
+                "dark=1e12,time=1e9,dsnu=1e12/1e12/1e12,prnu=100/100/100,hot=1/1e12",
+            ] {
                 let settings: SensorSettings = text.parse().expect("settings");
-                let sensor = settings.sensor(iso, pitch);
+                let sensor = settings.sensor(iso, pitch, f64::INFINITY);
                 let read = sensor.read_out(&picture, [u32::MAX - 3, u32::MAX - 30], 1);
                 let black = f64::from(sensor.black_level);
                 let lowest = (-black / (f64::from(sensor.max_code()) - black)) as f32;
@@ -233,7 +255,7 @@ fn readings_of_any_light_lie_between_the_first_code_and_the_last() {
         }
     }
     // NaN and negative light give the reading of darkness.
-    let quiet = Sensor { read_noise: 0.0, ..COARSE };
+    let quiet = Sensor { read_noise: read_noise(0.0), ..COARSE };
     let dark = quiet.read_out(&flat([f32::NAN, -1.0, f32::NEG_INFINITY], [4, 4]), [0, 0], 0);
     assert!(dark.pixels.iter().all(|pixel| *pixel == [0.0; 3]));
     let nothing = Picture { size: [0, 0], pixels: Vec::new() };
@@ -293,7 +315,7 @@ fn threads_and_crops_do_not_change_the_noise() {
 fn the_full_well_follows_from_the_pixel_pitch_of_the_film() {
     let job = job("", "\"float iso\" 400");
     let sensor = job.sensor.expect("a sensor");
-    assert_eq!((sensor.iso, sensor.read_noise, sensor.bits), (400.0, 2.5, 14));
+    assert_eq!((sensor.iso, sensor.read_noise.pixel, sensor.bits), (400.0, 2.5, 14));
     // A pitch of 744.5 um: 35 mm over 47.01 pixels.
     let pitch = 35e3 / f64::from(37 * 37 + 29 * 29).sqrt();
     assert!(

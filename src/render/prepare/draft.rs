@@ -66,8 +66,10 @@ pub(super) fn draft(
     let seed = changes.seed.unwrap_or(description.seed);
     let pitch = 1e3 * film::pixel_pitch(&model, &film, film_size, frame.resolution);
     let filters = response.filters;
-    let asked =
-        changes.sensor.map(|settings| Sensor { filters, ..settings.sensor(film.iso, pitch) });
+    let seconds = exposure.shutter.time();
+    let asked = changes
+        .sensor
+        .map(|settings| Sensor { filters, ..settings.sensor(film.iso, pitch, seconds) });
     let sensor = asked.filter(|_| !excluded.sensor);
     if let Some(sensor) = &sensor {
         report.text("sensor", sensor.to_string());

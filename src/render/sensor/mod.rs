@@ -12,9 +12,11 @@
 //!
 //! # Signal
 //!
-//! For each channel: Poisson-distributed electrons (shot noise), clipped at the full well; plus
-//! Gaussian read noise, in electrons; times the gain, plus the black level; rounded and clipped to
-//! a code of the sensor's bit depth. The output picture is computed from the codes: black is 0, the
+//! For each channel, as in the linear model of EMVA 1288 (release 4.0, 2021): Poisson-distributed electrons
+//! of light and dark current (shot noise), clipped at the full well; plus Gaussian noise of reading a
+//! photosite, its row and its column, in electrons; times the gain, plus the black level; rounded and
+//! clipped to a code of the sensor's bit depth. Response and dark signal differ from photosite to photosite
+//! ([`FixedPattern`]). The output picture is computed from the codes: black is 0, the
 //! last code 1. Codes below the black level are negative, so that noise has no bias: a dark frame has the
 //! mean 0 and all of its variance. (A black level of 0 cuts the noise below it, as a sensor would.)
 //!
@@ -23,11 +25,13 @@
 //! colour matrix and no white balance between photosites and picture. All have the same full well. Without a
 //! mosaic, every pixel has a photosite for each channel.
 //!
-//! Noise is a function of pixel, channel and seed.
+//! Noise is a function of pixel, channel and seed; fixed patterns are one of pixel, channel and their own
+//! seed, and thus the same in all pictures.
 
 mod bayer;
 mod exposure;
 mod filters;
+mod fixed_pattern;
 mod photosite_rng;
 mod poisson;
 mod settings;
@@ -35,6 +39,7 @@ mod settings;
 pub use bayer::Bayer;
 pub use exposure::ev100;
 pub use filters::ColourFilters;
+pub use fixed_pattern::{Components, FixedPattern, HotPixels};
 pub use settings::{SensorSettings, WELL_PER_UM2};
 
 use rayon::prelude::*;
@@ -53,8 +58,15 @@ pub struct Sensor {
     pub iso: f64,
     /// Full well of a photosite (electrons), at least 1.
     pub full_well: f64,
-    /// Standard deviation of the read noise (electrons).
-    pub read_noise: f64,
+    /// Standard deviations of the read noise (electrons); those of rows and columns are the same for all
+    /// photosites there, and new in every picture.
+    pub read_noise: Components,
+    /// Dark current of a photosite (electrons a second).
+    pub dark_current: f64,
+    /// Exposure time (s), in which dark current adds up.
+    pub seconds: f64,
+    /// What is the same in all pictures.
+    pub fixed_pattern: FixedPattern,
     /// Bit depth of a code, 1 to 16.
     pub bits: u32,
     /// The code of no light, less than the last code.
@@ -63,6 +75,13 @@ pub struct Sensor {
     pub bayer: Option<Bayer>,
     /// The colour filters of a measured camera; `None` if channels are linear sRGB.
     pub filters: Option<ColourFilters>,
+}
+
+impl Default for Sensor {
+    /// Returns the sensor of [`SensorSettings::default`] for a film of ISO 100 and pixels of 6 um.
+    fn default() -> Self {
+        SensorSettings::default().sensor(BASE_ISO, 6.0, 0.0)
+    }
 }
 
 impl Sensor {
@@ -96,8 +115,7 @@ impl Sensor {
             for (x, (to, from)) in (origin[0]..).zip(to.iter_mut().zip(from)) {
                 let light = self.filters.map_or(*from, |filters| filters.raw(*from));
                 let read = |channel: usize| {
-                    let mut rng = PhotositeRng::new([x, y], channel as u32, seed);
-                    self.value(self.code(light[channel], &mut rng))
+                    self.value(self.code(light[channel], [x, y], channel as u32, seed))
                 };
                 *to = match (self.bayer, self.filters) {
                     (Some(bayer), _) => [read(bayer.channel([x, y])); 3],
@@ -110,16 +128,22 @@ impl Sensor {
     }
 
     /// Returns one reading of a photosite that receives `value`, relative to white.
-    fn code(&self, value: f32, rng: &mut PhotositeRng) -> u32 {
+    fn code(&self, value: f32, pixel: [u32; 2], channel: u32, seed: u32) -> u32 {
         let white = self.white_electrons();
-        let light = f64::from(value) * white;
+        let pattern = self.fixed_pattern.at(pixel, channel);
+        let light = f64::from(value) * white * pattern.response;
         // The comparison is false for NaN, which becomes no light. The bound keeps the Poisson mean
         // finite and well above the full well.
-        let light = if light > 0.0 { light.min(2.0 * self.full_well + 100.0) } else { 0.0 };
-        let mut electrons = poisson(light, rng).min(self.full_well);
-        if self.read_noise > 0.0 {
-            electrons += self.read_noise * rng.normal();
+        let light = if light > 0.0 { light } else { 0.0 };
+        let dark = (self.dark_current + pattern.dark_current) * self.seconds;
+        let mean = (light + dark).min(2.0 * self.full_well + 100.0);
+        let mut rng = PhotositeRng::new(pixel, channel, seed);
+        let mut electrons = poisson(mean, &mut rng).min(self.full_well) + pattern.dark_signal;
+        let Components { pixel: read_noise, row, column } = self.read_noise;
+        if read_noise > 0.0 {
+            electrons += read_noise * rng.normal();
         }
+        electrons += Components { pixel: 0.0, row, column }.sample(pixel, channel, seed);
         let code = f64::from(self.black_level) + electrons * (self.code_span() / white);
         code.round().clamp(0.0, f64::from(self.max_code())) as u32
     }
@@ -132,8 +156,8 @@ impl Sensor {
     /// Returns the noise that the sensor adds to grey pixels of this value, % of the signal: 100 / SNR;
     /// that of the noisiest channel.
     ///
-    /// Variances of shot noise, read noise and quantization add up. Values beyond the full well
-    /// count as a full well; no light gives infinity.
+    /// Variances of shot noise, read noise, fixed patterns and quantization add up, without hot pixels.
+    /// Values beyond the full well count as a full well; no light gives infinity.
     pub fn relative_noise(&self, value: f64) -> f64 {
         let white = self.white_electrons();
         let Some(filters) = &self.filters else {
@@ -160,7 +184,11 @@ impl Sensor {
     fn reading(&self, value: f64) -> (f64, f64) {
         let electrons = (value * self.white_electrons()).min(self.full_well);
         let step = self.white_electrons() / self.code_span();
-        (electrons, electrons + self.read_noise * self.read_noise + step * step / 12.0)
+        let FixedPattern { dark_signal, response, .. } = &self.fixed_pattern;
+        let dark = self.dark_current * self.seconds + dark_signal.variance();
+        let pattern = response.variance() * electrons * electrons;
+        let noise = electrons + self.read_noise.variance() + step * step / 12.0;
+        (electrons, noise + dark + pattern)
     }
 }
 
@@ -179,8 +207,8 @@ mod tests {
         let per_code = sensor.white_electrons() / sensor.code_span();
         let [mut sum, mut squares] = [0.0; 2];
         for i in 0..count {
-            let mut rng = PhotositeRng::new([i % 1024, i / 1024], 1, 7);
-            let code = f64::from(sensor.code(value, &mut rng)) - f64::from(sensor.black_level);
+            let code = sensor.code(value, [i % 1024, i / 1024], 1, 7);
+            let code = f64::from(code) - f64::from(sensor.black_level);
             let off = code * per_code - electrons;
             sum += off;
             squares += off * off;
@@ -195,11 +223,10 @@ mod tests {
         let sensor = Sensor {
             iso: 200.0,
             full_well: 40_000.0,
-            read_noise: 4.0,
+            read_noise: Components { pixel: 4.0, ..Components::default() },
             bits: 14,
             black_level: 512,
-            bayer: None,
-            filters: None,
+            ..Sensor::default()
         };
         let step = sensor.white_electrons() / sensor.code_span();
         let count = 1 << 20;
@@ -219,11 +246,10 @@ mod tests {
         let sensor = Sensor {
             iso: 1600.0,
             full_well: 30_000.0,
-            read_noise: 3.0,
+            read_noise: Components { pixel: 3.0, ..Components::default() },
             bits: 7,
             black_level: 16,
-            bayer: None,
-            filters: None,
+            ..Sensor::default()
         };
         for value in [0.05, 0.18, 0.6] {
             let [mean, variance] = readings(&sensor, value * sensor.white_electrons(), 200_000);

@@ -160,8 +160,15 @@ pub fn prepare_pair(
         clean.layers.retain(|layer| !layer.needs_lens());
         (clean.ghosts, clean.lamp_images, clean.caustics) = (None, None, None);
     }
+    let shutter = match &spec.degraded.shutter {
+        // It has been applied above, where an error is told.
+        Some(settings) => settings.apply_to(&description.shutter).ok(),
+        None => None,
+    };
+    let seconds = shutter.as_ref().unwrap_or(&description.shutter).time();
     let sensor = spec.degraded.sensor.map(|settings| {
-        let mut sensor = settings.sensor(petzval_render::sensor::BASE_ISO, 1e3 * pitch(&degraded));
+        let pitch = 1e3 * pitch(&degraded);
+        let mut sensor = settings.sensor(petzval_render::sensor::BASE_ISO, pitch, seconds);
         sensor.iso *= (-draw.light).exp2();
         sensor.filters = degraded.response.filters;
         sensor
@@ -331,9 +338,10 @@ fn row(
         "clean": picture(clean, clean_model),
         "degraded": picture(degraded, model),
         "sensor": sensor.map(|sensor| json!({
+            "settings": sensor.to_string(),
             "iso": sensor.iso,
             "full_well": sensor.full_well,
-            "read_noise": sensor.read_noise,
+            "read_noise": sensor.read_noise.pixel,
             "bits": sensor.bits,
             "black": sensor.black_level,
             "bayer": sensor.bayer.map(|bayer| bayer.name()),
