@@ -105,6 +105,12 @@ fn rows_and_columns_have_patterns_and_noise_of_their_own() {
     let deviation = (noisy.temporal - 1.0 / 12.0).sqrt() / gain;
     assert!((deviation / 3.0 - 1.0).abs() < 0.05, "row noise {deviation}");
     assert!(noisy.rows < 2.0 * noisy.temporal / 16.0 && noisy.columns < 0.01, "no pattern");
+    // The filters of a mosaic do not divide a row.
+    let mosaic = parse("well=20000,bits=14,black=1024,read=0/3/0,dsnu=0/4/0,bayer");
+    let read = mosaic.read_out(&flat(0.0, 64), [0, 0], 1);
+    for row in read.pixels.chunks(64) {
+        assert!(row.iter().all(|pixel| *pixel == row[0]), "a row of a mosaic: {row:?}");
+    }
 }
 
 #[test]

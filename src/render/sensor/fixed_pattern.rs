@@ -30,13 +30,15 @@ impl Components {
         pixel * pixel + row * row + column * column
     }
 
-    /// Returns a sample of the sum for a photosite.
+    /// Returns a sample of the sum for a photosite. All channels of a row or a column have the same.
     pub(super) fn sample(&self, [x, y]: [u32; 2], channel: u32, seed: u32) -> f64 {
-        let part = |deviation: f64, place: [u32; 2]| match deviation > 0.0 {
+        let part = |deviation: f64, place: [u32; 2], channel| match deviation > 0.0 {
             true => deviation * PhotositeRng::new(place, channel, seed).normal(),
             false => 0.0,
         };
-        part(self.pixel, [x, y]) + part(self.row, [NONE, y]) + part(self.column, [x, NONE])
+        part(self.pixel, [x, y], channel)
+            + part(self.row, [NONE, y], 0)
+            + part(self.column, [x, NONE], 0)
     }
 }
 
