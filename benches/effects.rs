@@ -20,7 +20,7 @@ use petzval_render::light_tracing::ghosts::estimate;
 use petzval_render::light_tracing::{SplatStage, Strategy};
 use petzval_render::plan::{Effect, EffectSelection};
 use petzval_render::prepare::{Changes, prepare};
-use petzval_render::sensor::{Bayer, Components, Sensor};
+use petzval_render::sensor::{Bayer, Components, Sensor, SensorSettings};
 use petzval_render::{RenderOptions, RenderOutput, render};
 use petzval_scene_formats::pbrt;
 use petzval_spectrum::Glass;
@@ -150,9 +150,17 @@ fn sensor(bench: &mut Criterion) {
         ..Sensor::default()
     };
     let mosaic = Sensor { bayer: Some(Bayer::Rggb), ..on };
-    for (name, sensor, value) in
-        [("on", on, 0.18), ("on/dark", on, 5e-4), ("on/bayer", mosaic, 0.18)]
-    {
+    let settings: SensorSettings =
+        "iso=800,well=54000,read=2/1/1,dark=5,time=1,dsnu=2/1/1,prnu=1/1/1,hot=0.001/500"
+            .parse()
+            .expect("settings");
+    let patterns = settings.sensor(100.0, 6.0, 1.0);
+    for (name, sensor, value) in [
+        ("on", on, 0.18),
+        ("on/dark", on, 5e-4),
+        ("on/bayer", mosaic, 0.18),
+        ("on/patterns", patterns, 0.18),
+    ] {
         let size = SIZE.map(|n| n as usize);
         let picture = Picture { size, pixels: vec![[value; 3]; size[0] * size[1]] };
         group.bench_function(name, |bencher| {

@@ -219,7 +219,10 @@ pub(in crate::cli) struct PictureArguments {
     ///
     /// NAME=VALUE, any of iso (default: the scene's; a higher value means less light at the same
     /// brightness), pixel (pitch, um; default: the film's), well (electrons; 1500 per um^2 of
-    /// pixel), read (electrons; 2.5), bits (14), black (a code; 1/32 of the range), bayer
+    /// pixel), read (electrons; 2.5; or PIXEL/ROW/COLUMN), dark (electrons a second), time (seconds
+    /// of dark current; the shutter's), dsnu (electrons; or PIXEL/ROW/COLUMN), prnu (%; or
+    /// PIXEL/ROW/COLUMN), hot (SHARE/CURRENT), pattern (seed of dsnu, prnu and hot; 0), bits (14),
+    /// black (a code; 1/32 of the range), bayer
     #[arg(
         long,
         value_name = "iso=800,read=3,...",

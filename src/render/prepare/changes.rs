@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::Viewpoint;
+use super::{PrepareError, Viewpoint};
 use crate::aov::Aov;
 use crate::job::StopCriteria;
 use crate::plan::{EffectSelection, VisibilityThreshold};
@@ -88,6 +88,19 @@ pub struct Changes {
 }
 
 impl Changes {
+    /// Returns the shutter of a picture, given that of its scene.
+    ///
+    /// # Errors
+    /// Returns an error if the shutter would close before it opens.
+    pub fn shutter_of(&self, scene: &shutter::Shutter) -> Result<shutter::Shutter, PrepareError> {
+        let mut shutter = match &self.shutter {
+            Some(settings) => settings.apply_to(scene).map_err(shutter_error)?,
+            None => scene.clone(),
+        };
+        shutter.rolling = self.rolling.or(shutter.rolling);
+        Ok(shutter)
+    }
+
     /// Returns the ISO speed of the picture.
     pub(super) fn iso(&self, film: &FilmSpec) -> f64 {
         self.sensor.and_then(|sensor| sensor.iso).unwrap_or(film.iso)
@@ -110,4 +123,9 @@ impl Changes {
         ];
         given.into_iter().find(|(given, _)| *given).map(|(_, option)| option)
     }
+}
+
+/// Returns the error of a shutter.
+pub(super) fn shutter_error(problem: String) -> PrepareError {
+    PrepareError::Request(format!("'shutter': {problem}"))
 }

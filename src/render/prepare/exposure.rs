@@ -2,6 +2,7 @@
 
 use glam::DAffine3;
 
+use super::changes::shutter_error;
 use super::{Changes, PrepareError};
 use crate::plan::{DecidedBy, Effect, Plan};
 use crate::timing::{Timing, TimingEffects};
@@ -27,15 +28,10 @@ pub(super) struct Exposure {
 impl Exposure {
     pub fn new(description: &Description, changes: &Changes) -> Result<Self, PrepareError> {
         let Description { shutter, transform_times, camera_motion, .. } = description;
-        let request_error = |problem| PrepareError::Request(format!("'shutter': {problem}"));
-        let mut shutter = match &changes.shutter {
-            Some(settings) => settings.apply_to(shutter).map_err(request_error)?,
-            None => shutter.clone(),
-        };
-        shutter.rolling = changes.rolling.or(shutter.rolling);
+        let shutter = changes.shutter_of(shutter)?;
         let rolling_by = if changes.rolling.is_some() { DecidedBy::Flag } else { DecidedBy::Scene };
         let mut timing =
-            Timing::new(&shutter, *transform_times, TimingEffects::ALL).map_err(request_error)?;
+            Timing::new(&shutter, *transform_times, TimingEffects::ALL).map_err(shutter_error)?;
         let mut world_from_camera = description.world_from_camera;
         if let Some(viewpoint) = changes.viewpoint {
             world_from_camera = viewpoint.world_from_camera(&world_from_camera);
@@ -46,7 +42,7 @@ impl Exposure {
         }
         Ok(Self {
             rolling_by,
-            efficiency: shutter.curve().map_err(request_error)?.efficiency(),
+            efficiency: shutter.curve().map_err(shutter_error)?.efficiency(),
             world_from_camera,
             timing,
             transform_times: *transform_times,

@@ -60,12 +60,13 @@ impl ColourFilters {
         (self.picture_from_raw * raw).as_vec3().to_array()
     }
 
-    /// Returns the standard deviations of the channels of a developed picture from the variances of the
-    /// readings, which are independent.
-    pub(super) fn developed_deviations(&self, variances: [f64; 3]) -> [f64; 3] {
+    /// Returns the variances of the channels of a developed picture, from the variances of independent
+    /// deviations of the readings and that of one which they have in common.
+    pub(super) fn developed_variances(&self, independent: [f64; 3], common: f64) -> [f64; 3] {
         let columns = self.picture_from_raw.to_cols_array_2d();
         let squares = DMat3::from_cols_array_2d(&columns.map(|column| column.map(|m| m * m)));
-        (squares * DVec3::from_array(variances)).to_array().map(f64::sqrt)
+        let sums = self.picture_from_raw * DVec3::ONE;
+        (squares * DVec3::from_array(independent) + common * sums * sums).to_array()
     }
 }
 

@@ -1,46 +1,15 @@
-//! Fixed patterns of a sensor: what differs from photosite to photosite, and is the same in every picture.
+//! Fixed patterns of a sensor: response and dark signal differ from photosite to photosite, in the same way in
+//! every picture.
 //!
-//! The terms are those of EMVA 1288 (release 4.0, 2021): the dark signal is non-uniform (DSNU), and so is
-//! the response (PRNU). Each has a part for the photosite, one for its row and one for its column.
+//! The terms are those of EMVA 1288 (release 4.0, 2021): non-uniformity of the dark signal (DSNU) and of the
+//! response (PRNU). Each has a part for the photosite, one for its row and one for its column.
 
+use super::deviations::{Components, Deviations};
 use super::photosite_rng::PhotositeRng;
 use petzval_base::sampler::hash;
 
 /// Separates the patterns from the noise of pictures.
 const SALT: u32 = 0x1288_f1ed;
-
-/// Stands for the coordinate that a row or a column does not have. No frame is so large.
-const NONE: u32 = u32::MAX;
-
-/// Standard deviations of what is random by photosite, by row and by column.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Components {
-    /// By photosite.
-    pub pixel: f64,
-    /// By row.
-    pub row: f64,
-    /// By column.
-    pub column: f64,
-}
-
-impl Components {
-    /// Returns the variance of the sum.
-    pub fn variance(&self) -> f64 {
-        let Self { pixel, row, column } = self;
-        pixel * pixel + row * row + column * column
-    }
-
-    /// Returns a sample of the sum for a photosite. All channels of a row or a column have the same.
-    pub(super) fn sample(&self, [x, y]: [u32; 2], channel: u32, seed: u32) -> f64 {
-        let part = |deviation: f64, place: [u32; 2], channel| match deviation > 0.0 {
-            true => deviation * PhotositeRng::new(place, channel, seed).normal(),
-            false => 0.0,
-        };
-        part(self.pixel, [x, y], channel)
-            + part(self.row, [NONE, y], 0)
-            + part(self.column, [x, NONE], 0)
-    }
-}
 
 /// Photosites of a large dark current.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -64,36 +33,56 @@ pub struct FixedPattern {
     pub hot: HotPixels,
 }
 
-/// What a fixed pattern makes of one photosite.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// The fixed patterns over a picture.
+pub(super) struct PatternSamples {
+    dark_signal: Deviations,
+    response: Deviations,
+    hot: HotPixels,
+    hot_seed: u32,
+}
+
+/// Response and dark signal of one photosite.
 pub(super) struct PhotositePattern {
-    /// Dark signal (electrons) that the pattern adds.
-    pub dark_signal: f64,
     /// Response relative to the mean, at least 0.
     pub response: f64,
-    /// Dark current (electrons a second) that the pattern adds.
+    /// Dark signal (electrons) that is added to the mean one.
+    pub dark_signal: f64,
+    /// Dark current (electrons a second) that is added to the mean one.
     pub dark_current: f64,
 }
 
 impl FixedPattern {
-    /// Returns the pattern of a photosite.
-    pub(super) fn at(&self, pixel: [u32; 2], channel: u32) -> PhotositePattern {
-        let [dark_signal, response, hot] = [1, 2, 3].map(|kind| hash(self.seed ^ SALT ^ kind));
-        PhotositePattern {
-            dark_signal: self.dark_signal.sample(pixel, channel, dark_signal),
-            response: (1.0 + self.response.sample(pixel, channel, response)).max(0.0),
-            dark_current: self.hot.dark_current(pixel, channel, hot),
+    /// Samples the patterns over a picture. `origin` is the position of its first pixel in the frame.
+    pub(super) fn samples(&self, origin: [u32; 2], size: [usize; 2]) -> PatternSamples {
+        // Hashed twice, so that the fields of one sensor are not those of another.
+        let own = hash(self.seed ^ SALT);
+        let [dark_signal, response, hot_seed] = [1, 2, 3].map(|field| hash(own ^ field));
+        PatternSamples {
+            dark_signal: Deviations::new(&self.dark_signal, origin, size, dark_signal),
+            response: Deviations::new(&self.response, origin, size, response),
+            hot: self.hot,
+            hot_seed,
         }
     }
 }
 
-impl HotPixels {
-    fn dark_current(&self, pixel: [u32; 2], channel: u32, seed: u32) -> f64 {
-        if self.share == 0.0 {
+impl PatternSamples {
+    /// Returns the pattern of a photosite.
+    pub(super) fn at(&self, pixel: [u32; 2], channel: u32) -> PhotositePattern {
+        PhotositePattern {
+            response: (1.0 + self.response.at(pixel, channel)).max(0.0),
+            dark_signal: self.dark_signal.at(pixel, channel),
+            dark_current: self.hot_dark_current(pixel, channel),
+        }
+    }
+
+    fn hot_dark_current(&self, pixel: [u32; 2], channel: u32) -> f64 {
+        let HotPixels { share, dark_current } = self.hot;
+        if share == 0.0 {
             return 0.0;
         }
-        let mut rng = PhotositeRng::new(pixel, channel, seed);
-        let is_hot = rng.uniform() < self.share;
-        if is_hot { -self.dark_current * rng.uniform().ln() } else { 0.0 }
+        let mut rng = PhotositeRng::new(pixel, channel, self.hot_seed);
+        let is_hot = rng.uniform() < share;
+        if is_hot { -dark_current * rng.uniform().ln() } else { 0.0 }
     }
 }

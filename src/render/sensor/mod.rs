@@ -17,8 +17,8 @@
 //! photosite, its row and its column, in electrons; times the gain, plus the black level; rounded and
 //! clipped to a code of the sensor's bit depth. Response and dark signal differ from photosite to photosite
 //! ([`FixedPattern`]). The output picture is computed from the codes: black is 0, the
-//! last code 1. Codes below the black level are negative, so that noise has no bias: a dark frame has the
-//! mean 0 and all of its variance. (A black level of 0 cuts the noise below it, as a sensor would.)
+//! last code 1. Codes below the black level are negative, so that noise has no bias: without dark current and
+//! patterns, a dark frame has the mean 0 and all of its variance. (A black level of 0 cuts the noise below it, as a sensor would.)
 //!
 //! Channels are those of the film's measured camera ([`ColourFilters`]), whose matrix then makes the picture
 //! of them: so noise of one channel is in all colours. Without such a camera, channels are linear sRGB, with no
@@ -29,24 +29,26 @@
 //! seed, and thus the same in all pictures.
 
 mod bayer;
+mod deviations;
 mod exposure;
 mod filters;
 mod fixed_pattern;
 mod photosite_rng;
 mod poisson;
+mod readout;
 mod settings;
 
 pub use bayer::Bayer;
+pub use deviations::Components;
 pub use exposure::ev100;
 pub use filters::ColourFilters;
-pub use fixed_pattern::{Components, FixedPattern, HotPixels};
+pub use fixed_pattern::{FixedPattern, HotPixels};
 pub use settings::{SensorSettings, WELL_PER_UM2};
 
 use rayon::prelude::*;
 
 use petzval_image::Picture;
-use photosite_rng::PhotositeRng;
-use poisson::poisson;
+use readout::Readout;
 
 /// The ISO speed at which a full well is white (see the module's documentation).
 pub const BASE_ISO: f64 = 100.0;
@@ -65,7 +67,7 @@ pub struct Sensor {
     pub dark_current: f64,
     /// Exposure time (s), in which dark current adds up.
     pub seconds: f64,
-    /// What is the same in all pictures.
+    /// Non-uniformity of response and dark signal, and hot pixels.
     pub fixed_pattern: FixedPattern,
     /// Bit depth of a code, 1 to 16.
     pub bits: u32,
@@ -109,13 +111,14 @@ impl Sensor {
     pub fn read_out(&self, picture: &Picture, origin: [u32; 2], seed: u32) -> Picture {
         let width = picture.size[0].max(1);
         let mut pixels = vec![[0.0; 3]; picture.pixels.len()];
+        let readout = Readout::new(self, origin, picture.size, seed);
         let rows = pixels.par_chunks_mut(width).zip(picture.pixels.par_chunks(width));
         rows.enumerate().for_each(|(row, (to, from))| {
             let y = origin[1] + row as u32;
             for (x, (to, from)) in (origin[0]..).zip(to.iter_mut().zip(from)) {
                 let light = self.filters.map_or(*from, |filters| filters.raw(*from));
                 let read = |channel: usize| {
-                    self.value(self.code(light[channel], [x, y], channel as u32, seed))
+                    self.value(readout.code(light[channel], [x, y], channel as u32))
                 };
                 *to = match (self.bayer, self.filters) {
                     (Some(bayer), _) => [read(bayer.channel([x, y])); 3],
@@ -127,27 +130,6 @@ impl Sensor {
         Picture { size: picture.size, pixels }
     }
 
-    /// Returns one reading of a photosite that receives `value`, relative to white.
-    fn code(&self, value: f32, pixel: [u32; 2], channel: u32, seed: u32) -> u32 {
-        let white = self.white_electrons();
-        let pattern = self.fixed_pattern.at(pixel, channel);
-        let light = f64::from(value) * white * pattern.response;
-        // The comparison is false for NaN, which becomes no light. The bound keeps the Poisson mean
-        // finite and well above the full well.
-        let light = if light > 0.0 { light } else { 0.0 };
-        let dark = (self.dark_current + pattern.dark_current) * self.seconds;
-        let mean = (light + dark).min(2.0 * self.full_well + 100.0);
-        let mut rng = PhotositeRng::new(pixel, channel, seed);
-        let mut electrons = poisson(mean, &mut rng).min(self.full_well) + pattern.dark_signal;
-        let Components { pixel: read_noise, row, column } = self.read_noise;
-        if read_noise > 0.0 {
-            electrons += read_noise * rng.normal();
-        }
-        electrons += Components { pixel: 0.0, row, column }.sample(pixel, channel, seed);
-        let code = f64::from(self.black_level) + electrons * (self.code_span() / white);
-        code.round().clamp(0.0, f64::from(self.max_code())) as u32
-    }
-
     /// Returns the picture value of a code; negative below the black level.
     fn value(&self, code: u32) -> f32 {
         ((f64::from(code) - f64::from(self.black_level)) / self.code_span()) as f32
@@ -157,39 +139,72 @@ impl Sensor {
     /// that of the noisiest channel.
     ///
     /// Variances of shot noise, read noise, fixed patterns and quantization add up, without hot pixels.
-    /// Values beyond the full well count as a full well; no light gives infinity.
+    /// Light and dark current beyond the full well count as a full well; no light gives infinity.
     pub fn relative_noise(&self, value: f64) -> f64 {
-        let white = self.white_electrons();
-        let Some(filters) = &self.filters else {
-            let (electrons, variance) = self.reading(value);
-            return percentage(variance.sqrt(), electrons);
-        };
-        let readings = filters.white().map(|share| self.reading(value * share));
-        match self.bayer {
-            Some(_) => readings.map(|(electrons, variance)| percentage(variance.sqrt(), electrons)),
+        let relative = |noise: ReadingNoise| percentage(noise.variance().sqrt(), noise.electrons);
+        let Some(filters) = &self.filters else { return relative(self.reading_noise(value)) };
+        let readings = filters.white().map(|share| self.reading_noise(value * share));
+        let noise = match self.bayer {
+            Some(_) => readings.map(relative),
             None => {
-                let variances = readings.map(|(_, variance)| variance / (white * white));
+                let white = self.white_electrons();
                 let signal = value.min(self.full_well / white);
+                // The response of a line scales all channels, and thus the picture.
+                let response = self.fixed_pattern.response.line_variance() * signal * signal;
+                let variances = readings.map(|noise| noise.independent / (white * white));
+                let lines = self.line_variance() / (white * white);
                 filters
-                    .developed_deviations(variances)
-                    .map(|deviation| percentage(deviation, signal))
+                    .developed_variances(variances, lines)
+                    .map(|variance| percentage((variance + response).sqrt(), signal))
             }
-        }
-        .into_iter()
-        .fold(0.0, f64::max)
+        };
+        noise.into_iter().fold(0.0, f64::max)
     }
 
-    /// Returns the mean electrons of a photosite that receives `value`, relative to white, and their
-    /// variance.
-    fn reading(&self, value: f64) -> (f64, f64) {
+    /// Returns the variance of what rows and columns add to their readings (electrons^2).
+    fn line_variance(&self) -> f64 {
+        self.read_noise.line_variance() + self.fixed_pattern.dark_signal.line_variance()
+    }
+
+    /// Returns the noise of a photosite that receives `value`, relative to white.
+    fn reading_noise(&self, value: f64) -> ReadingNoise {
         let electrons = (value * self.white_electrons()).min(self.full_well);
+        let dark = at_least_zero(self.dark_current * self.seconds);
         let step = self.white_electrons() / self.code_span();
         let FixedPattern { dark_signal, response, .. } = &self.fixed_pattern;
-        let dark = self.dark_current * self.seconds + dark_signal.variance();
-        let pattern = response.variance() * electrons * electrons;
-        let noise = electrons + self.read_noise.variance() + step * step / 12.0;
-        (electrons, noise + dark + pattern)
+        let square = |x: f64| x * x;
+        ReadingNoise {
+            electrons,
+            independent: (electrons + dark).min(self.full_well)
+                + square(self.read_noise.pixel)
+                + square(dark_signal.pixel)
+                + square(response.pixel * electrons)
+                + square(step) / 12.0,
+            of_lines: self.line_variance() + response.line_variance() * square(electrons),
+        }
     }
+}
+
+/// Noise of a reading.
+#[derive(Clone, Copy)]
+struct ReadingNoise {
+    /// Mean electrons of light.
+    electrons: f64,
+    /// Variance of what is independent of other photosites and channels (electrons^2).
+    independent: f64,
+    /// Variance of what the photosites and channels of a row or a column have in common (electrons^2).
+    of_lines: f64,
+}
+
+impl ReadingNoise {
+    fn variance(&self) -> f64 {
+        self.independent + self.of_lines
+    }
+}
+
+/// Returns a number, or 0 if it is negative or NaN.
+fn at_least_zero(x: f64) -> f64 {
+    if x > 0.0 { x } else { 0.0 }
 }
 
 /// Returns a deviation in % of a signal; infinity if there is none.
@@ -206,8 +221,9 @@ mod tests {
         let value = (electrons / sensor.white_electrons()) as f32;
         let per_code = sensor.white_electrons() / sensor.code_span();
         let [mut sum, mut squares] = [0.0; 2];
+        let readout = Readout::new(sensor, [0, 0], [1024, 1024], 7);
         for i in 0..count {
-            let code = sensor.code(value, [i % 1024, i / 1024], 1, 7);
+            let code = readout.code(value, [i % 1024, i / 1024], 1);
             let code = f64::from(code) - f64::from(sensor.black_level);
             let off = code * per_code - electrons;
             sum += off;

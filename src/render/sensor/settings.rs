@@ -18,6 +18,10 @@ const WELLS: [f64; 2] = [1.0, 1e12];
 /// Longest exposure (s).
 const MAX_SECONDS: f64 = 1e9;
 
+/// Largest part of the PRNU (%). Beyond it, responses below 0 would be so many that their bound lifts the
+/// mean.
+const MAX_PRNU: f64 = 30.0;
+
 /// Requested properties of a sensor. Those not given follow from the film.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SensorSettings {
@@ -73,8 +77,7 @@ impl SensorSettings {
             full_well: well.clamp(WELLS[0], WELLS[1]),
             read_noise: self.read,
             dark_current: self.dark,
-            // An open shutter never closes, and that of pbrt-v2's camera has no time.
-            seconds: self.time.unwrap_or(seconds).clamp(0.0, MAX_SECONDS),
+            seconds: self.time.unwrap_or(seconds),
             fixed_pattern: self.pattern,
             bits: self.bits,
             black_level: self.black.unwrap_or((1 << self.bits) / 32),
@@ -90,7 +93,7 @@ fn parse_number(name: &str, text: &str, unit: &str, [low, high]: [f64; 2]) -> Re
     number.ok_or_else(|| format!("{name}: expected {unit} from {low} to {high}, found {text:?}"))
 }
 
-/// Parses up to three numbers between slashes: for photosites, rows and columns.
+/// Parses one number for photosites, or three between slashes: for photosites, rows and columns.
 fn parse_components(name: &str, text: &str, unit: &str, most: f64) -> Result<Components, String> {
     let wrong = || {
         format!(
@@ -98,13 +101,15 @@ fn parse_components(name: &str, text: &str, unit: &str, most: f64) -> Result<Com
              {text:?}"
         )
     };
-    let mut parts = [0.0; 3];
-    let mut words = text.split('/');
-    for (part, word) in parts.iter_mut().zip(words.by_ref()) {
-        *part = parse_number(name, word.trim(), unit, [0.0, most]).map_err(|_| wrong())?;
+    let parse =
+        |word: &str| parse_number(name, word.trim(), unit, [0.0, most]).map_err(|_| wrong());
+    match text.split('/').collect::<Vec<_>>()[..] {
+        [pixel] => Ok(Components { pixel: parse(pixel)?, ..Components::default() }),
+        [pixel, row, column] => {
+            Ok(Components { pixel: parse(pixel)?, row: parse(row)?, column: parse(column)? })
+        }
+        _ => Err(wrong()),
     }
-    let [pixel, row, column] = parts;
-    if words.next().is_some() { Err(wrong()) } else { Ok(Components { pixel, row, column }) }
 }
 
 /// Parses `SHARE/CURRENT`.
@@ -153,10 +158,8 @@ impl FromStr for SensorSettings {
                         parse_components(name, value, "electrons", WELLS[1])?;
                 }
                 "prnu" => {
-                    let Components { pixel, row, column } =
-                        parse_components(name, value, "% of the signal", 100.0)?;
-                    let [pixel, row, column] = [pixel, row, column].map(|percent| percent / 100.0);
-                    settings.pattern.response = Components { pixel, row, column };
+                    let percent = parse_components(name, value, "% of the signal", MAX_PRNU)?;
+                    settings.pattern.response = percent.scaled(0.01);
                 }
                 "hot" => settings.pattern.hot = parse_hot_pixels(value)?,
                 "pattern" => {
@@ -219,6 +222,7 @@ impl fmt::Display for Sensor {
             write!(to, ",dsnu={dark_signal}")?;
         }
         if *response != none {
+            // Shares times 100 are not quite the decimals that were read.
             let percent = |share: f64| (share * 1e8).round() / 1e6;
             let Components { pixel, row, column } = *response;
             let [pixel, row, column] = [pixel, row, column].map(percent);
@@ -308,7 +312,8 @@ mod tests {
             ("read=inf", "read: expected electrons from 0"),
             ("read=1/2/3/4", "three such numbers PIXEL/ROW/COLUMN, found \"1/2/3/4\""),
             ("dsnu=1/x", "dsnu: expected electrons from 0 to 1000000000000"),
-            ("prnu=101", "prnu: expected % of the signal from 0 to 100"),
+            ("prnu=31", "prnu: expected % of the signal from 0 to 30"),
+            ("read=1/2", "three such numbers PIXEL/ROW/COLUMN, found \"1/2\""),
             ("dark=-1", "dark: expected electrons/s from 0"),
             ("time=-1", "time: expected seconds from 0"),
             ("hot=0.1", "hot: expected SHARE/CURRENT"),

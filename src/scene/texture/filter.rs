@@ -205,6 +205,7 @@ impl MipMap {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::texture::mipmap::MipLevel;
     use crate::texture::texel;
     use petzval_base::lanes::f32x8;
     use petzval_image::{ImageSamples, Raster, Transfer};
@@ -228,6 +229,16 @@ mod tests {
                         let error = (found[channel] - expected[channel]).abs();
                         assert!(error < 1e-6, "{size:?} {channels} {wrap:?} {s} {t}: {found:?}");
                     }
+                }
+            }
+            for (level, MipLevel { size: [width, height], .. }) in mipmap.levels.iter().enumerate()
+            {
+                for at in (0..width * height).map(|i| [(i % width) as i64, (i / width) as i64]) {
+                    let Some(rows) = mipmap.byte_rows(level, at) else { continue };
+                    let [x, y] = at;
+                    let texels = [[x, y], [x + 1, y], [x, y + 1], [x + 1, y + 1]]
+                        .map(|[x, y]| mipmap.texel(level, x, y, Wrap::Clamp));
+                    assert_eq!(mipmap.decode_rows(rows), texels, "level {level} {at:?}");
                 }
             }
         }

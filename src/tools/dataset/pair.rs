@@ -160,15 +160,10 @@ pub fn prepare_pair(
         clean.layers.retain(|layer| !layer.needs_lens());
         (clean.ghosts, clean.lamp_images, clean.caustics) = (None, None, None);
     }
-    let shutter = match &spec.degraded.shutter {
-        // It has been applied above, where an error is told.
-        Some(settings) => settings.apply_to(&description.shutter).ok(),
-        None => None,
-    };
-    let seconds = shutter.as_ref().unwrap_or(&description.shutter).time();
+    let shutter = degraded_changes.shutter_of(&description.shutter).map_err(failed)?;
     let sensor = spec.degraded.sensor.map(|settings| {
         let pitch = 1e3 * pitch(&degraded);
-        let mut sensor = settings.sensor(petzval_render::sensor::BASE_ISO, pitch, seconds);
+        let mut sensor = settings.sensor(petzval_render::sensor::BASE_ISO, pitch, shutter.time());
         sensor.iso *= (-draw.light).exp2();
         sensor.filters = degraded.response.filters;
         sensor
