@@ -87,6 +87,16 @@ fn the_full_well_saturates_below_the_last_code() {
     }
 }
 
+#[test]
+fn no_dark_current_adds_up_to_none_in_any_time() {
+    let still = Sensor { seconds: 0.0, ..sensor("well=20000") };
+    let expected = still.read_out(&flat(0.01, 64), [0, 0], 1);
+    for seconds in [1e9, f64::INFINITY, f64::NAN, -1.0] {
+        let found = Sensor { seconds, ..still }.read_out(&flat(0.01, 64), [0, 0], 1);
+        assert_eq!(found, expected, "{seconds} s");
+    }
+}
+
 /// Returns the deviation over the mean of the readings of a flat field.
 fn noise(sensor: &Sensor, value: f32) -> f64 {
     let read = sensor.read_out(&flat(value, 1000), [0, 0], 3);
