@@ -51,18 +51,32 @@ pub(super) struct PhotositePattern {
     pub dark_current: f64,
 }
 
+impl PhotositePattern {
+    /// That of all photosites of a sensor without patterns.
+    pub(super) const NONE: Self = Self { response: 1.0, dark_signal: 0.0, dark_current: 0.0 };
+}
+
 impl FixedPattern {
-    /// Samples the patterns over a picture. `origin` is the position of its first pixel in the frame.
-    pub(super) fn samples(&self, origin: [u32; 2], size: [usize; 2]) -> PatternSamples {
+    /// Returns whether all photosites are alike.
+    pub fn is_uniform(&self) -> bool {
+        *self == Self { seed: self.seed, ..Self::default() }
+    }
+
+    /// Samples the patterns over a picture, or returns `None` if all photosites are alike. `origin` is the
+    /// position of the picture's first pixel in the frame.
+    pub(super) fn samples(&self, origin: [u32; 2], size: [usize; 2]) -> Option<PatternSamples> {
+        if self.is_uniform() {
+            return None;
+        }
         // Hashed twice, so that the fields of one sensor are not those of another.
         let own = hash(self.seed ^ SALT);
         let [dark_signal, response, hot_seed] = [1, 2, 3].map(|field| hash(own ^ field));
-        PatternSamples {
+        Some(PatternSamples {
             dark_signal: Deviations::new(&self.dark_signal, origin, size, dark_signal),
             response: Deviations::new(&self.response, origin, size, response),
             hot: self.hot,
             hot_seed,
-        }
+        })
     }
 }
 

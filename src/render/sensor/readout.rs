@@ -1,7 +1,7 @@
 //! Readings of photosites.
 
 use super::deviations::Deviations;
-use super::fixed_pattern::PatternSamples;
+use super::fixed_pattern::{PatternSamples, PhotositePattern};
 use super::photosite_rng::PhotositeRng;
 use super::poisson::poisson;
 use super::{Sensor, at_least_zero};
@@ -11,7 +11,7 @@ pub(super) struct Readout<'a> {
     sensor: &'a Sensor,
     seed: u32,
     read_noise: Deviations,
-    pattern: PatternSamples,
+    pattern: Option<PatternSamples>,
 }
 
 impl<'a> Readout<'a> {
@@ -29,7 +29,8 @@ impl<'a> Readout<'a> {
     pub fn code(&self, value: f32, pixel: [u32; 2], channel: u32) -> u32 {
         let Self { sensor, seed, read_noise, pattern } = self;
         let white = sensor.white_electrons();
-        let pattern = pattern.at(pixel, channel);
+        let pattern =
+            pattern.as_ref().map_or(PhotositePattern::NONE, |pattern| pattern.at(pixel, channel));
         let light = at_least_zero(f64::from(value) * white * pattern.response);
         let dark_current = sensor.dark_current + pattern.dark_current;
         let dark = at_least_zero(dark_current * sensor.seconds);
