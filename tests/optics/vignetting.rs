@@ -305,6 +305,7 @@ fn light_budgets_do_not_depend_on_threads_and_fewer_rays_err_as_stated() {
 }
 
 #[test]
+#[ignore = "measures time; .ci/long runs it"]
 fn the_time_for_very_many_surfaces_is_linear() {
     let seconds = |count: usize| {
         let lens = Prescription::new("many", many_surfaces(count)).expect("one stop");
@@ -318,7 +319,10 @@ fn the_time_for_very_many_surfaces_is_linear() {
     // Quadratic steps make it 64 times; the larger lens does not fit the cache.
     let ratio = seconds(64_000) / seconds(8_000);
     assert!(ratio < 32.0, "8 times the surfaces take {ratio:.1} times the time");
+}
 
+#[test]
+fn a_lens_of_very_many_surfaces_is_measured_with_fewer_rays() {
     let folder = folder();
     let rows = many_surfaces(3000);
     let line = |row: &Row| {
@@ -333,13 +337,10 @@ fn the_time_for_very_many_surfaces_is_linear() {
         crate::support::write(&folder, "many.dat", rows.iter().map(line).collect::<String>());
     let drawing = folder.path().join("many.svg");
     let (file, drawing) = (file.to_str().unwrap(), drawing.to_str().unwrap());
-    let start = std::time::Instant::now();
+    // A minute and more with a quarter of a million rays for each height on one thread.
     let text = table(&[file]);
     assert!(text.contains("The lens has 3001 surfaces: 32768 rays for each height"), "{text}");
     assert!(petzval(&["lens", file, "--draw", drawing]).status.success());
-    // A minute and more with a quarter of a million rays for each height on one thread.
-    let seconds = start.elapsed().as_secs_f64();
-    assert!(seconds < 60.0, "{seconds:.0} s");
 }
 
 #[test]

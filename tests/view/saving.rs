@@ -141,11 +141,11 @@ fn a_scene_with_a_strange_name_is_saved_as_a_scene() {
 /// Waits for a status of the final render.
 fn until(client: &mut Client, status: &str) -> Value {
     loop {
-        let message = client.hear("render");
+        let message = client.hear_one(&["render", "refused"]);
         if message["status"] == status {
             return message;
         }
-        assert_ne!(message["status"], "failed", "{message}");
+        assert!(message["type"] == "render" && message["status"] != "failed", "{message}");
     }
 }
 

@@ -69,22 +69,15 @@ impl AccuracyRun {
         let stop = monitor.clone();
         let work = move || {
             let _paused = Paused::new(&state);
-            let tell = |status: &str, more: Map<String, Value>| {
-                let mut message = json!({ "type": "accuracy", "status": status });
-                if let Some(message) = message.as_object_mut() {
-                    message.extend(more);
-                }
-                state.publish_work(&message);
-            };
             let result = (|| {
                 let new = || Ladder::new(&description, &changes, &monitor);
                 let ladder = monitor.until(budget.begun + budget.time, new)?;
-                measure(ladder, &budget, &monitor, &tell)
+                measure(ladder, &budget, &monitor, &state)
             })();
-            if let Err(failure) = result {
+            result.unwrap_or_else(|failure| {
                 let status = if monitor.interrupted() { "cancelled" } else { "failed" };
-                tell(status, Map::from_iter([("problem".into(), json!(failure.to_string()))]));
-            }
+                message(status, Map::from_iter([("problem".into(), json!(failure.to_string()))]))
+            })
         };
         self.background.start(
             move || {
@@ -95,13 +88,21 @@ impl AccuracyRun {
     }
 }
 
-/// Measures a ladder, and tells the clients about it.
+fn message(status: &str, more: Map<String, Value>) -> Value {
+    let mut message = json!({ "type": "accuracy", "status": status });
+    if let Some(message) = message.as_object_mut() {
+        message.extend(more);
+    }
+    message
+}
+
+/// Measures a ladder, and tells the clients about it. Returns the last message.
 fn measure(
     mut ladder: Ladder,
     budget: &Budget,
     monitor: &RunMonitor,
-    tell: &(impl Fn(&str, Map<String, Value>) + Sync),
-) -> Result<(), Failure> {
+    state: &ViewState,
+) -> Result<Value, Failure> {
     let names: Vec<String> = ladder.rungs.iter().map(|rung| rung.name.clone()).collect();
     let progress = |points: &[Point]| {
         let mut message = Map::new();
@@ -117,18 +118,17 @@ fn measure(
         let _ended = ended;
         scope.spawn(move || {
             while end.recv_timeout(INTERVAL) == Err(RecvTimeoutError::Timeout) {
-                let mut message = progress(&monitor.points());
-                message.insert("activity".into(), json!(monitor.activity()));
-                tell("running", message);
+                let mut running = progress(&monitor.points());
+                running.insert("activity".into(), json!(monitor.activity()));
+                state.publish_work(&message("running", running));
             }
         });
         run_ladder(&mut ladder, budget, monitor)
     })?;
-    let mut message = progress(&run.points);
+    let mut points = progress(&run.points);
     let status = if run.end == RunEnd::Interrupted { "cancelled" } else { "finished" };
-    message.extend(verdicts(&ladder, &run, budget));
-    tell(status, message);
-    Ok(())
+    points.extend(verdicts(&ladder, &run, budget));
+    Ok(message(status, points))
 }
 
 fn point_json(point: &Point) -> Value {

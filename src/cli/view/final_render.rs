@@ -1,7 +1,7 @@
 //! Final render: the picture of the settings as `petzval render` makes it, with checkpoints, beside
 //! the view.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::{RecvTimeoutError, channel};
@@ -57,16 +57,16 @@ impl FinalRender {
     }
 }
 
-/// Renders, and tells the clients about it.
+/// Renders, and tells the clients about it. Returns the last message.
 fn run(
     description: Description,
     argv: Vec<String>,
     file: &Path,
     progress: &Arc<Progress>,
     state: &ViewState,
-) {
+) -> Value {
     let start = Instant::now();
-    let tell = |status: &str, more: Value| {
+    let message = |status: &str, more: Value| {
         let mut message = json!({
             "type": "render",
             "file": file.display().to_string(),
@@ -76,17 +76,17 @@ fn run(
         if let (Some(message), Value::Object(more)) = (message.as_object_mut(), more) {
             message.extend(more);
         }
-        state.publish_work(&message);
+        message
     };
+    let tell = |status: &str, more: Value| state.publish_work(&message(status, more));
     tell("preparing", Value::Null);
-    let result = render(description, argv, file, progress, &tell);
-    let partial: PathBuf = checkpoint_name(file);
-    match result {
+    match render(description, argv, file, progress, &tell) {
         Ok(Outcome::Interrupted) => {
-            tell("cancelled", json!({ "checkpoint": partial.display().to_string() }));
+            let checkpoint = checkpoint_name(file);
+            message("cancelled", json!({ "checkpoint": checkpoint.display().to_string() }))
         }
-        Ok(_) => tell("finished", Value::Null),
-        Err(failure) => tell("failed", json!({ "problem": failure.to_string() })),
+        Ok(_) => message("finished", Value::Null),
+        Err(failure) => message("failed", json!({ "problem": failure.to_string() })),
     }
 }
 

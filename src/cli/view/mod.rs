@@ -87,7 +87,7 @@ pub(super) fn run(arguments: &ViewArguments) -> Result<Outcome, Failure> {
     let threads = arguments.threads.map_or_else(machine::cores, usize::from);
     let saver = SceneSaver::new(scene, &description);
     let engine = Engine::new(description.clone(), settings, threads, arguments.memory)?;
-    let background = Arc::new(Background::default());
+    let background = Arc::new(Background::new(engine.state.clone()));
     let final_render = FinalRender {
         description: description.clone(),
         state: engine.state.clone(),
