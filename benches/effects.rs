@@ -164,7 +164,7 @@ fn sensor(bench: &mut Criterion) {
         let size = SIZE.map(|n| n as usize);
         let picture = Picture { size, pixels: vec![[value; 3]; size[0] * size[1]] };
         group.bench_function(name, |bencher| {
-            bencher.iter(|| pool.install(|| sensor.read_out(&picture, [0, 0], 0)));
+            bencher.iter(|| pool.install(|| sensor.read_out(picture.clone(), [0, 0], 0)));
         });
     }
     group.finish();

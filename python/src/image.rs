@@ -9,7 +9,8 @@ use numpy::{
 use petzval::{DisplayExposure, EncodingOptions, Picture};
 use petzval_base::io::{FileLog, OutputFile};
 use petzval_image::{
-    ImageFormat, ImageLayer, Notes, PictureWindow, SPECTRAL_LAYER, channel_wavelength,
+    BitDepth, ImageFormat, ImageLayer, Notes, PictureWindow, RawFormat, SPECTRAL_LAYER,
+    channel_wavelength,
 };
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -37,6 +38,8 @@ pub struct Image {
     metadata: Py<PyDict>,
     notes: Notes,
     window: PictureWindow,
+    /// The sensor of a mosaic.
+    raw: Option<RawFormat>,
     /// The files that the picture was rendered from, which it must not replace.
     inputs: FileLog,
 }
@@ -73,12 +76,12 @@ impl ExposureSetting {
 }
 
 impl Image {
-    /// Makes arrays of a picture and its layers. The channels of a grey one are equal.
+    /// Makes arrays of a picture and its layers. The channels of a mosaic are equal.
     #[expect(clippy::too_many_arguments, reason = "one for each field")]
     pub fn new(
         py: Python<'_>,
         picture: &Picture,
-        grey: bool,
+        raw: Option<RawFormat>,
         layers: Vec<ImageLayer>,
         metadata: Py<PyDict>,
         notes: Notes,
@@ -86,7 +89,7 @@ impl Image {
         inputs: FileLog,
     ) -> PyResult<Self> {
         let [width, height] = picture.size;
-        let pixels = array::of_picture(py, picture, grey)?;
+        let pixels = array::of_picture(py, picture, raw.is_some())?;
         let (by_name, channels) = (PyDict::new(py), PyDict::new(py));
         for ImageLayer { name, channels: columns } in layers {
             let count = columns.len();
@@ -107,6 +110,7 @@ impl Image {
             metadata,
             notes,
             window,
+            raw,
             inputs,
         })
     }
@@ -187,26 +191,35 @@ impl Image {
         Ok(Some(wavelengths.ok_or_else(|| value_error(problem))?.into_pyarray(py)))
     }
 
-    /// Writes the picture: .exr (linear, with all layers), .png (with the layer alpha), .jpg, or the
-    /// spectrum, or else the pixels, as an array, .npy.
+    /// Writes the picture: .exr (linear, with all layers), .png or .tif (with the layer alpha), .jpg, the codes
+    /// of a mosaic, .dng, or the spectrum, or else the pixels, as an array, .npy.
     ///
-    /// `exposure` is the brightness of PNG and JPEG in stops, or "auto". `half` writes 16-bit floats
-    /// to EXR. A mosaic makes a file of one channel, `Y` in EXR. A file is replaced as a whole or not at all. Raises `ValueError` for a file of the scene
+    /// `exposure` is the brightness of PNG, JPEG and TIFF in stops, or "auto". `half` writes 16-bit floats
+    /// to EXR. `bit_depth` is that of PNG, 8 by default, or 16. A mosaic makes a file of one channel, `Y` in EXR. A file is replaced as a whole or not at all. Raises `ValueError` for a file of the scene
     /// or the lens.
-    #[pyo3(signature = (path, exposure = ExposureSetting::Stops(0.0), half = false))]
+    #[pyo3(signature = (path, exposure = ExposureSetting::Stops(0.0), half = false, bit_depth = None))]
     fn save(
         &self,
         py: Python<'_>,
         path: PathBuf,
         exposure: ExposureSetting,
         half: bool,
+        bit_depth: Option<u32>,
     ) -> PyResult<()> {
         let exposure = exposure.exposure()?;
+        let bit_depth = match bit_depth {
+            None => None,
+            Some(8) => Some(BitDepth::Eight),
+            Some(16) => Some(BitDepth::Sixteen),
+            Some(bits) => return Err(value_error(format!("bit_depth={bits}: expected 8 or 16"))),
+        };
         let (picture, grey) = self.picture(py)?;
-        let encoding = EncodingOptions { exposure, half, grey, ..EncodingOptions::default() };
+        let raw = self.raw;
+        let encoding =
+            EncodingOptions { exposure, half, bit_depth, grey, raw, ..EncodingOptions::default() };
         let format = ImageFormat::of(&path).ok();
         let mut layers = match format {
-            Some(ImageFormat::Exr | ImageFormat::Png | ImageFormat::Npy) => {
+            Some(ImageFormat::Exr | ImageFormat::Png | ImageFormat::Tiff | ImageFormat::Npy) => {
                 self.image_layers(py)?
             }
             _ => Vec::new(),
@@ -242,6 +255,7 @@ impl Image {
             metadata: self.metadata.clone_ref(py),
             notes: self.notes.clone(),
             window: self.window,
+            raw: self.raw,
             inputs: self.inputs.clone(),
         })
     }

@@ -176,8 +176,8 @@ impl Job {
         notes.extend(more);
         let metadata = metadata(py, &notes)?.unbind();
         let (window, inputs) = (self.job.frame.window(), self.job.files.clone());
-        let grey = self.job.has_mosaic();
-        Image::new(py, picture, grey, layers, metadata, notes, window, inputs)
+        let raw = self.job.raw_format();
+        Image::new(py, picture, raw, layers, metadata, notes, window, inputs)
     }
 
     /// Returns the share of the samples that are taken.

@@ -14,7 +14,7 @@ use super::{Failure, Outcome};
 /// Arguments of `petzval compare`.
 #[derive(Debug, clap::Args)]
 pub(super) struct CompareArguments {
-    /// Picture: .exr, .hdr, .pfm, .png, .jpg
+    /// Picture: .exr, .hdr, .pfm, .png, .jpg, .tif
     picture: PathBuf,
     /// Reference picture
     reference: PathBuf,

@@ -7,21 +7,20 @@ use std::time::Instant;
 
 use petzval_base::io::ByteSize;
 use petzval_base::io::{FileLog, Outputs};
-use petzval_image::{DisplayExposure, ImageFormat, SPECTRAL_LAYER, ToneCurve, WhiteBalance};
+use petzval_image::{ImageFormat, SPECTRAL_LAYER};
 use petzval_render::checkpoint::{Head, Inputs, SavedRender};
 use petzval_render::memory::MemoryTask;
 use petzval_render::merge;
 use petzval_render::prepare::Prepared;
 
 use super::arguments::argv::{argv, parse_render, shell_line};
-use super::arguments::values::white_balance;
+use super::arguments::encoding::EncodingArguments;
 use super::denoise::Denoiser;
 use super::memory::{Memory, log_peak};
 use super::outputs::{check_writable, claim};
 use super::render::{
-    Denoising, PictureOutput, add_guides, check_noisy_files, check_white_balance, default_exposure,
-    denoising_bytes, has_guides, inputs, job, noisy_files, resume_command, warn_half,
-    warn_without_spectra,
+    Denoising, PictureOutput, add_guides, check_noisy_files, denoising_bytes, has_guides, inputs,
+    job, noisy_files, resume_command, warn_without_spectra,
 };
 use super::{Failure, Outcome, message};
 
@@ -31,27 +30,11 @@ pub(super) struct MergeArguments {
     /// Parts, in any order: together all samples, each once
     #[arg(required = true, value_name = "PART")]
     parts: Vec<PathBuf>,
-    /// Picture to write: .exr, .png, .jpg, or an array, .npy
+    /// Picture to write: .exr, .png, .jpg, .tif, .dng, or an array, .npy
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
-    /// Write 16-bit floats (EXR)
-    #[arg(long)]
-    half: bool,
-    /// Brightness of PNG and JPEG in stops, or auto, as for petzval render
-    #[arg(long, value_name = "EV|auto", allow_hyphen_values = true)]
-    exposure: Option<DisplayExposure>,
-    /// Tone curve of PNG and JPEG, as for petzval render
-    #[arg(long, value_name = "linear|filmic", default_value = "linear")]
-    tone: ToneCurve,
-    /// Light that PNG and JPEG show as white, as for petzval render
-    #[arg(
-        long,
-        value_name = "K|x,y|auto",
-        value_parser = white_balance,
-        default_value = "off",
-        hide_default_value = true
-    )]
-    white_balance: WhiteBalance,
+    #[command(flatten)]
+    encoding: EncodingArguments,
     /// Remove the noise, as petzval render does, of parts that were rendered with --denoise
     #[arg(long, value_name = "PROGRAM", num_args = 0..=1, require_equals = true)]
     denoise: Option<Option<PathBuf>>,
@@ -65,7 +48,7 @@ pub(super) struct MergeArguments {
 
 pub(super) fn run(arguments: &MergeArguments) -> Result<Outcome, Failure> {
     let start = Instant::now();
-    let MergeArguments { parts, output, half, exposure, threads, memory, denoise, .. } = arguments;
+    let MergeArguments { parts, output, encoding, threads, memory, denoise } = arguments;
     let program = denoise.as_ref().map(|program| Denoiser::new(program.as_deref())).transpose()?;
     let memory = Memory::new(*memory);
     let format = ImageFormat::of(output)?;
@@ -101,7 +84,7 @@ pub(super) fn run(arguments: &MergeArguments) -> Result<Outcome, Failure> {
             claim(&outputs, noisy, "-o")?;
         }
     }
-    check_white_balance(arguments.white_balance, &job)?;
+    encoding.check(output, Some(format), &job)?;
     message::warnings(&warnings);
     // Merging works with any build, but all parts must be of one.
     let build = first.inputs.build.clone();
@@ -112,9 +95,6 @@ pub(super) fn run(arguments: &MergeArguments) -> Result<Outcome, Failure> {
         return Err(format!("the parts cannot be merged: {changes}").into());
     }
     job.samples = 0..first.total_samples;
-    if *half && format != ImageFormat::Exr {
-        warn_half(output);
-    }
     if job.buckets().is_some() && !format.holds(SPECTRAL_LAYER) {
         warn_without_spectra(output);
     }
@@ -123,10 +103,7 @@ pub(super) fn run(arguments: &MergeArguments) -> Result<Outcome, Failure> {
     let estimate = memory.check(&job, MemoryTask::Merge, Some(format), more)?;
     let read = start.elapsed();
     let exposed = merge(&job, &parts)?;
-    let mut encoding = job.encoding(default_exposure(*exposure, &job));
-    encoding.half |= *half;
-    encoding.tone = arguments.tone;
-    encoding.white_balance = arguments.white_balance;
+    let encoding = encoding.options(&job, false);
     let threads = threads.map_or(0, usize::from);
     let (argv, label, never) = (&argv(), None, AtomicBool::new(false));
     let picture = PictureOutput {

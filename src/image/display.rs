@@ -1,6 +1,7 @@
-//! 8-bit files for display: PNG and JPEG with the sRGB transfer curve (IEC 61966-2-1).
+//! Files for display: PNG and JPEG, and the signals of TIFF, with the sRGB transfer curve
+//! (IEC 61966-2-1).
 //!
-//! An EXR holds linear light, and viewers apply the screen's curve. An 8-bit file holds signals
+//! An EXR holds linear light, and viewers apply the screen's curve. A file for display holds signals
 //! with that curve applied; without it the picture would look too dark. The PNG declares it in its
 //! sRGB chunk; a JPEG without a profile is sRGB by convention.
 
@@ -14,7 +15,7 @@ use image::{ColorType, DynamicImage, ImageDecoder, ImageEncoder};
 
 use super::declared::{hold_picture, too_large};
 use super::tone::ToneCurve;
-use super::{ImageError, Notes, Picture, Transfer, WhiteBalance};
+use super::{BitDepth, ImageError, Notes, Picture, Transfer, WhiteBalance};
 use petzval_base::io::{HeldMemory, ReadContext};
 
 /// Reflectance of middle grey, the usual aim of a light meter.
@@ -95,7 +96,36 @@ pub fn srgb_decode(signal: f32) -> f32 {
     if signal <= 0.040_45 { signal / 12.92 } else { ((signal + 0.055) / 1.055).powf(2.4) }
 }
 
-/// Map from linear light to the signals of 8-bit files.
+/// Signal in a file: a whole number, the largest of which is white.
+pub(super) trait SignalCode: Copy + Default {
+    const WHITE: f32;
+
+    /// Returns the nearest code of a number from 0 to [`Self::WHITE`].
+    fn nearest(x: f32) -> Self;
+
+    /// Returns the code of a share of white.
+    fn of(share: f32) -> Self {
+        Self::nearest((share * Self::WHITE).round())
+    }
+}
+
+impl SignalCode for u8 {
+    const WHITE: f32 = 255.0;
+
+    fn nearest(x: f32) -> Self {
+        x as Self
+    }
+}
+
+impl SignalCode for u16 {
+    const WHITE: f32 = 65535.0;
+
+    fn nearest(x: f32) -> Self {
+        x as Self
+    }
+}
+
+/// Map from linear light to the signals of files for display.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct DisplayMapping {
     pub exposure: DisplayExposure,
@@ -117,7 +147,7 @@ impl DisplayMapping {
     }
 
     /// Returns the map from light to codes of a picture.
-    fn of(self, picture: &Picture) -> impl Fn(&[f32; 3]) -> [u8; 3] + use<> {
+    fn of<C: SignalCode>(self, picture: &Picture) -> impl Fn(&[f32; 3]) -> [C; 3] + use<C> {
         let factor = self.exposure.factor(picture);
         let matrix = self.white_balance.found(picture, factor).matrix();
         let balanced = move |light: [f32; 3]| match &matrix {
@@ -126,14 +156,27 @@ impl DisplayMapping {
             }
             None => light,
         };
-        let code = |v: f32| (srgb_encode(v) * 255.0).round() as u8;
-        move |pixel| self.tone.apply(balanced(pixel.map(|v| v * factor))).map(code)
+        move |pixel| {
+            self.tone.apply(balanced(pixel.map(|v| v * factor))).map(|v| C::of(srgb_encode(v)))
+        }
     }
 }
 
 /// Returns the codes of the channels, or of the first alone. Colours that are premultiplied by an opacity are
 /// made straight and followed by it.
-fn encoded(picture: &Picture, alpha: Option<&[f32]>, mapping: DisplayMapping) -> Vec<u8> {
+///
+/// # Errors
+/// Returns an error if the opacity has another size than the picture.
+pub(super) fn encoded<C: SignalCode>(
+    picture: &Picture,
+    alpha: Option<&[f32]>,
+    mapping: DisplayMapping,
+) -> io::Result<Vec<C>> {
+    if let Some(alpha) = alpha.filter(|alpha| alpha.len() != picture.pixels.len()) {
+        let (found, expected) = (alpha.len(), picture.pixels.len());
+        let found = format!("the opacity has {found} values, expected {expected}");
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, found));
+    }
     let show = mapping.of(picture);
     let channels = if mapping.grey { 1 } else { 3 };
     let mut codes = Vec::with_capacity(4 * picture.pixels.len());
@@ -142,15 +185,15 @@ fn encoded(picture: &Picture, alpha: Option<&[f32]>, mapping: DisplayMapping) ->
         let colour = match alpha {
             None => show(pixel),
             Some(alpha) if alpha > 0.0 => show(&pixel.map(|v| v / alpha)),
-            Some(_) => [0; 3],
+            Some(_) => [C::default(); 3],
         };
         codes.extend_from_slice(&colour[..channels]);
-        codes.extend(alpha.map(|alpha| (alpha * 255.0).round() as u8));
+        codes.extend(alpha.map(C::of));
     }
-    codes
+    Ok(codes)
 }
 
-fn dimensions(picture: &Picture) -> [u32; 2] {
+pub(super) fn dimensions(picture: &Picture) -> [u32; 2] {
     picture.size.map(|n| n as u32)
 }
 
@@ -159,14 +202,10 @@ pub(super) fn write_png(
     picture: &Picture,
     alpha: Option<&[f32]>,
     mapping: DisplayMapping,
+    depth: BitDepth,
     notes: &Notes,
     file: impl Write,
 ) -> io::Result<()> {
-    if let Some(alpha) = alpha.filter(|alpha| alpha.len() != picture.pixels.len()) {
-        let (found, expected) = (alpha.len(), picture.pixels.len());
-        let found = format!("the opacity has {found} values, expected {expected}");
-        return Err(io::Error::new(io::ErrorKind::InvalidInput, found));
-    }
     let [width, height] = dimensions(picture);
     let mut encoder = png::Encoder::new(file, width, height);
     encoder.set_color(match (mapping.grey, alpha) {
@@ -175,13 +214,23 @@ pub(super) fn write_png(
         (true, None) => png::ColorType::Grayscale,
         (true, Some(_)) => png::ColorType::GrayscaleAlpha,
     });
-    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_depth(match depth {
+        BitDepth::Eight => png::BitDepth::Eight,
+        BitDepth::Sixteen => png::BitDepth::Sixteen,
+    });
     encoder.set_source_srgb(png::SrgbRenderingIntent::RelativeColorimetric);
     for (name, note) in notes {
         encoder.add_itxt_chunk((*name).to_owned(), note.to_string())?;
     }
     let mut writer = encoder.write_header()?;
-    writer.write_image_data(&encoded(picture, alpha, mapping))?;
+    match depth {
+        BitDepth::Eight => writer.write_image_data(&encoded::<u8>(picture, alpha, mapping)?)?,
+        BitDepth::Sixteen => {
+            let mut codes: Vec<u16> = encoded(picture, alpha, mapping)?;
+            codes.iter_mut().for_each(|code| *code = code.to_be());
+            writer.write_image_data(bytemuck::cast_slice(&codes))?;
+        }
+    }
     writer.finish()?;
     Ok(())
 }
@@ -199,7 +248,7 @@ pub(super) fn write_jpeg(
     let colour =
         if mapping.grey { image::ExtendedColorType::L8 } else { image::ExtendedColorType::Rgb8 };
     JpegEncoder::new_with_quality(&mut jpeg, quality)
-        .write_image(&encoded(picture, None, mapping), width, height, colour)
+        .write_image(&encoded::<u8>(picture, None, mapping)?, width, height, colour)
         .map_err(io::Error::other)?;
     // The start of the image and the JFIF segment come first (JFIF 1.02).
     let head = match jpeg[..] {

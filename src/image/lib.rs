@@ -1,4 +1,5 @@
-//! Image files: EXR, PNG and JPEG, read and written, and formats that are read alone.
+//! Image files: EXR, PNG, JPEG and TIFF, read and written, DNG and NPY, which are written alone, and formats
+//! that are read alone.
 //!
 //! Writing is atomic: a picture is written under a temporary name and renamed, so the final name
 //! holds either the complete new picture or the previous file.
@@ -12,7 +13,9 @@ mod display;
 mod exr;
 mod pfm;
 mod raster;
+mod raw;
 mod spectral;
+mod tiff;
 mod tone;
 mod white_balance;
 
@@ -27,6 +30,7 @@ pub use display::decode_image;
 pub use display::{DisplayExposure, srgb_decode, srgb_encode};
 pub use pfm::write_pfm;
 pub use raster::{ImageSamples, Raster, Transfer};
+pub use raw::{ColourCalibration, RawFormat};
 pub use spectral::{SPECTRAL_LAYER, channel_wavelength, spectral_layer};
 pub use tone::ToneCurve;
 pub use white_balance::WhiteBalance;
@@ -86,23 +90,36 @@ pub struct PictureWindow {
     pub frame: [u32; 2],
 }
 
+/// Bits of a channel of a file for display.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BitDepth {
+    /// 256 codes.
+    Eight,
+    /// 65536 codes.
+    Sixteen,
+}
+
 /// Options of a format when a picture is written.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct EncodingOptions {
     /// Whether EXR files have 16-bit floats instead of 32-bit.
     pub half: bool,
-    /// Exposure of 8-bit formats.
+    /// Bits of a channel of PNG files, 8 by default. JPEG has 8 and TIFF 16 in any case.
+    pub bit_depth: Option<BitDepth>,
+    /// Exposure of formats for display.
     pub exposure: DisplayExposure,
-    /// Light that 8-bit formats show as white.
+    /// Light that formats for display show as white.
     pub white_balance: WhiteBalance,
-    /// Tone curve of 8-bit formats.
+    /// Tone curve of formats for display.
     pub tone: ToneCurve,
-    /// Colour space of EXR files, which have its `chromaticities`; `None` is linear sRGB. 8-bit
-    /// files are always sRGB.
+    /// Colour space of EXR files, which have its `chromaticities`; `None` is linear sRGB. Files
+    /// for display are always sRGB.
     pub space: Option<Primaries>,
     /// Whether the file has one channel, the first of the picture: that of a mosaic, whose channels are
     /// equal. EXR files call it `Y`.
     pub grey: bool,
+    /// The sensor of a grey picture, whose readings DNG files hold as codes.
+    pub raw: Option<RawFormat>,
 }
 
 impl EncodingOptions {
@@ -122,13 +139,20 @@ pub enum ImageFormat {
     Png,
     /// JPEG.
     Jpeg,
+    /// TIFF of 16 bits.
+    Tiff,
+    /// Digital Negative: the mosaic of a sensor. It cannot be read.
+    Dng,
     /// Array of NumPy: height x width x buckets of the spectral layer, or else height x width x 3 of
     /// linear sRGB, or height x width of a grey picture. It has no metadata and cannot be read.
     Npy,
 }
 
 /// Extensions of the formats that can be read.
-const READABLE: &str = ".exr, .png, .jpg, .jpeg, .tga, .bmp, .gif, .qoi, .hdr and .pfm";
+const READABLE: &str =
+    ".exr, .png, .jpg, .jpeg, .tif, .tiff, .tga, .bmp, .gif, .qoi, .hdr and .pfm";
+/// Extensions of the formats that can be written.
+const WRITABLE: &str = ".exr, .png, .jpg, .jpeg, .tif, .tiff, .dng and .npy";
 
 /// Why a picture cannot be read or written.
 #[derive(Debug, thiserror::Error)]
@@ -154,10 +178,19 @@ pub enum ImageError {
     },
     /// The format cannot hold layers.
     #[error(
-        "{}: only EXR holds layers, PNG the layer {ALPHA_LAYER}, and NPY spectra; name a picture.exr",
+        "{}: only EXR holds layers, PNG and TIFF the layer {ALPHA_LAYER}, and NPY spectra; name a picture.exr",
         path_excerpt(path)
     )]
     NoLayers {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A DNG file holds the mosaic of a sensor, and the picture is none.
+    #[error(
+        "{}: DNG holds the mosaic of a sensor; add 'bayer', or name a picture.exr or .tif",
+        path_excerpt(path)
+    )]
+    NoMosaic {
         /// The file.
         path: PathBuf,
     },
@@ -193,19 +226,17 @@ impl ImageFormat {
     /// Returns the format of a file name.
     ///
     /// # Errors
-    /// Returns an error if the extension is none of .exr, .png, .jpg, .jpeg and .npy.
+    /// Returns an error if the extension is none of .exr, .png, .jpg, .jpeg, .tif, .tiff, .dng and .npy.
     pub fn of(path: &Path) -> Result<Self, ImageError> {
         let found = extension(path);
         match found.as_str() {
             "exr" => Ok(Self::Exr),
             "png" => Ok(Self::Png),
             "jpg" | "jpeg" => Ok(Self::Jpeg),
+            "tif" | "tiff" => Ok(Self::Tiff),
+            "dng" => Ok(Self::Dng),
             "npy" => Ok(Self::Npy),
-            _ => Err(ImageError::Format {
-                path: path.to_owned(),
-                found,
-                known: ".exr, .png, .jpg, .jpeg and .npy",
-            }),
+            _ => Err(ImageError::Format { path: path.to_owned(), found, known: WRITABLE }),
         }
     }
 }
@@ -215,15 +246,26 @@ impl ImageFormat {
     pub fn holds(self, layer: &str) -> bool {
         match self {
             Self::Exr => true,
-            Self::Png => layer == ALPHA_LAYER,
-            Self::Jpeg => false,
+            Self::Png | Self::Tiff => layer == ALPHA_LAYER,
+            Self::Jpeg | Self::Dng => false,
             Self::Npy => layer == SPECTRAL_LAYER,
         }
     }
 
-    /// Returns whether files of this format hold linear light, instead of the 8 bits of a display.
+    /// Returns whether files of this format hold linear light, instead of the signals of a display.
     pub fn is_linear(self) -> bool {
-        matches!(self, Self::Exr | Self::Npy)
+        self.display_depth(None).is_none()
+    }
+
+    /// Returns the bits of a channel of files of this format for display, of those that are asked for; `None` for
+    /// formats of linear light.
+    pub fn display_depth(self, asked: Option<BitDepth>) -> Option<BitDepth> {
+        match self {
+            Self::Exr | Self::Npy | Self::Dng => None,
+            Self::Png => Some(asked.unwrap_or(BitDepth::Eight)),
+            Self::Jpeg => Some(BitDepth::Eight),
+            Self::Tiff => Some(BitDepth::Sixteen),
+        }
     }
 }
 
@@ -268,7 +310,7 @@ impl Picture {
         context.register(path).map_err(refused)?;
         let ((picture, grey), held) = match extension(path).as_str() {
             "exr" => exr::read(path, context)?,
-            "png" | "jpg" | "jpeg" | "tga" | "bmp" | "gif" => {
+            "png" | "jpg" | "jpeg" | "tif" | "tiff" | "tga" | "bmp" | "gif" => {
                 display::read(path, transfer, context)?
             }
             "qoi" => display::read(path, qoi_transfer(path)?, context)?,
@@ -313,7 +355,8 @@ impl Picture {
     /// Returns an error if PNG does not support the size.
     pub fn png(&self, factor: f32) -> io::Result<Vec<u8>> {
         let mut file = Vec::new();
-        display::write_png(self, None, DisplayMapping::by(factor), &Vec::new(), &mut file)?;
+        let mapping = DisplayMapping::by(factor);
+        display::write_png(self, None, mapping, BitDepth::Eight, &Vec::new(), &mut file)?;
         Ok(file)
     }
 
@@ -332,8 +375,8 @@ impl Picture {
     /// empty background, is in the EXR alone.
     ///
     /// # Errors
-    /// As [`Picture::write`]. Also returns an error if the format does not hold a layer, or if a
-    /// layer has another size than the picture.
+    /// As [`Picture::write`]. Also returns an error if the format does not hold a layer or is for mosaics only,
+    /// or if a layer has another size than the picture.
     pub fn write_with_layers(
         &self,
         layers: &[ImageLayer],
@@ -347,6 +390,10 @@ impl Picture {
         if !layers.iter().all(|layer| format.holds(&layer.name)) {
             return Err(ImageError::NoLayers { path: path.to_owned() });
         }
+        let raw = encoding.raw.filter(|_| encoding.grey);
+        if format == ImageFormat::Dng && raw.is_none() {
+            return Err(ImageError::NoMosaic { path: path.to_owned() });
+        }
         let io = |source| ImageError::Io { verb: "write", path: path.to_owned(), source };
         let alpha = layers.iter().find(|layer| layer.name == ALPHA_LAYER);
         let alpha = alpha.and_then(|layer| layer.channels.first());
@@ -354,8 +401,23 @@ impl Picture {
         to.write(|file| match format {
             ImageFormat::Exr => exr::write(self, layers, window, encoding, notes, file),
             ImageFormat::Png => {
-                display::write_png(self, alpha, encoding.mapping(), notes, BufWriter::new(file))
+                let depth = encoding.bit_depth.unwrap_or(BitDepth::Eight);
+                display::write_png(
+                    self,
+                    alpha,
+                    encoding.mapping(),
+                    depth,
+                    notes,
+                    BufWriter::new(file),
+                )
             }
+            ImageFormat::Tiff => {
+                tiff::write_tiff(self, alpha, encoding.mapping(), notes, BufWriter::new(file))
+            }
+            ImageFormat::Dng => match &raw {
+                Some(raw) => tiff::write_dng(self, raw, window.origin, notes, BufWriter::new(file)),
+                None => Err(io::ErrorKind::InvalidInput.into()),
+            },
             ImageFormat::Npy => {
                 let spectrum = layers.iter().find(|layer| layer.name == SPECTRAL_LAYER);
                 array::write(self, spectrum, encoding.grey, BufWriter::new(file))

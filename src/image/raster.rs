@@ -62,9 +62,9 @@ pub struct Raster {
 }
 
 impl Raster {
-    /// Reads a picture. `transfer` applies to PNG files of 8 or 16 bits; other 8-bit formats hold
+    /// Reads a picture. `transfer` applies to PNG and TIFF files of 8 or 16 bits; other 8-bit formats hold
     /// sRGB, unless a QOI declares that it is linear, and formats of floats hold linear light. Alpha
-    /// is read from PNG, QOI and EXR; as in pbrt-v4, a 16-bit PNG's alpha has the curve of its
+    /// is read from PNG, TIFF, QOI and EXR; as in pbrt-v4, a 16-bit PNG's alpha has the curve of its
     /// colours. EXR files with `chromaticities` are converted to sRGB, white to white.
     ///
     /// # Errors
@@ -95,7 +95,7 @@ impl Raster {
         let (raster, mut held) = match extension(path).as_str() {
             "exr" => exr::read_raster(path, context)?,
             "pfm" => pfm::read(path, context)?,
-            "png" => decode(transfer)?,
+            "png" | "tif" | "tiff" => decode(transfer)?,
             "qoi" => decode(qoi_transfer(path)?)?,
             "jpg" | "jpeg" | "tga" | "bmp" | "gif" | "hdr" => {
                 let (raster, held) = decode(Transfer::Srgb)?;

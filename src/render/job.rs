@@ -19,7 +19,7 @@ use crate::shade::{PathVertex, PixelFootprint, ShadeInputs};
 use crate::timing::Timing;
 use petzval_base::io::FileLog;
 use petzval_base::rays::{HitBatch, RayBatch, SampleBatch};
-use petzval_image::{DisplayExposure, EncodingOptions, ImageLayer};
+use petzval_image::{DisplayExposure, EncodingOptions, ImageLayer, RawFormat};
 use petzval_lens::Camera;
 use petzval_scene::{PathLimits, Scene, SpectralScene};
 use petzval_spectrum::Primaries;
@@ -90,14 +90,22 @@ impl Job {
     pub fn encoding(&self, exposure: DisplayExposure) -> EncodingOptions {
         let space = self.colour_space;
         let space = (space != ColourSpace::Srgb).then(|| space.primaries());
-        let grey = self.has_mosaic();
-        EncodingOptions { half: self.half, exposure, space, grey, ..EncodingOptions::default() }
+        let (half, grey, raw) = (self.half, self.has_mosaic(), self.raw_format());
+        EncodingOptions { half, exposure, space, grey, raw, ..EncodingOptions::default() }
     }
 
     /// Returns whether the picture is the mosaic of a sensor, with one reading for each pixel, which all
     /// channels repeat.
     pub fn has_mosaic(&self) -> bool {
         self.sensor.is_some_and(|sensor| sensor.bayer.is_some())
+    }
+
+    /// Returns the description of the mosaic for raw files.
+    pub fn raw_format(&self) -> Option<RawFormat> {
+        let sensor = self.sensor.as_ref()?;
+        // Photosites without filters, as behind a passband, are not those of the camera.
+        let camera = self.response.camera.as_ref().filter(|_| sensor.filters.is_some());
+        Some(sensor.raw_format(sensor.bayer?, camera))
     }
 
     /// Returns the shares of light in the buckets of a spectral film; `None` for other films.

@@ -186,7 +186,7 @@ fn diffract(picture: Picture, job: &Job) -> Picture {
 /// Reads a picture out by the sensor of a job, if there is one.
 pub fn read_out(picture: Picture, job: &Job) -> Picture {
     match &job.sensor {
-        Some(sensor) => sensor.read_out(&picture, job.frame.low, job.seed),
+        Some(sensor) => sensor.read_out(picture, job.frame.low, job.seed),
         None => picture,
     }
 }

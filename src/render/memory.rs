@@ -45,9 +45,9 @@ pub struct Estimate {
 
 /// Size of a pixel of a picture (bytes).
 const PICTURE_BYTES: u64 = 12;
-/// Size of a pixel while a PNG or JPEG is written: its encoded values and its share of the file
-/// (bytes).
-const ENCODED_BYTES: u64 = 7;
+/// Size of a pixel while a PNG, JPEG, TIFF or DNG is written: its encoded values, of 16 bits in a TIFF and at
+/// most in a PNG, and its share of the file (bytes).
+const ENCODED_BYTES: u64 = 14;
 /// Allocator overhead: a constant (bytes), and the reciprocal of its share of all memory.
 const SLACK: u64 = 8 << 20;
 const SLACK_SHARE: u64 = 16;
@@ -100,7 +100,7 @@ impl Estimate {
                     4 * pixels * (aov::channels(&job.layer_request()) as u64 + buckets)
                 }
                 ImageFormat::Npy => 4 * pixels * buckets,
-                ImageFormat::Png if job.hides_sky() => 4 * pixels,
+                ImageFormat::Png | ImageFormat::Tiff if job.hides_sky() => 4 * pixels,
                 _ => 0,
             };
             let [layers, picture] = [("layers", layers), ("picture", PICTURE_BYTES * pixels)];
@@ -111,9 +111,6 @@ impl Estimate {
             if job.plan.has(Effect::Diffraction) {
                 let spread = Diffraction::bytes(job.frame.size().map(|n| n as usize));
                 phases.push(vec![picture, layers, ("diffraction", spread)]);
-            }
-            if job.sensor.is_some() {
-                phases.push(vec![picture, layers, ("sensor", PICTURE_BYTES * pixels)]);
             }
             let writer = match format {
                 ImageFormat::Exr => {

@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
 
-use super::camera_tables::{CAMERAS, FIRST_WAVELENGTH, PATCHES, STEP};
+use super::camera_matrices::{fit, xyz_from_channels};
+use super::camera_tables::{CAMERAS, FIRST_WAVELENGTH, STEP};
 use super::colour_space::{ColourSpace, srgb_from_xyz};
 use super::observer::{VISIBLE, colour_matching};
 use super::wavelength_sets::daylight_in_bands;
@@ -69,10 +70,10 @@ impl CameraResponse {
 }
 
 /// A quantity by whole nanometres of [`VISIBLE`].
-type Samples = Vec<f64>;
+pub(super) type Samples = Vec<f64>;
 
 /// Three sensitivities.
-type Sensitivities = [Samples; 3];
+pub(super) type Sensitivities = [Samples; 3];
 
 impl CameraSensor {
     /// Returns the camera of a name, in pbrt-v4's spelling.
@@ -108,6 +109,14 @@ impl CameraSensor {
         }
     }
 
+    /// Returns the name of the camera, if it is not one of one's own.
+    pub fn name(&self) -> Option<&'static str> {
+        match &self.0 {
+            Table::Known(number) => Some(CAMERAS[*number].0),
+            Table::Own(_) => None,
+        }
+    }
+
     /// Returns the names of all cameras.
     pub fn names() -> impl Iterator<Item = &'static str> {
         CAMERAS.iter().map(|(name, _)| *name)
@@ -121,18 +130,12 @@ impl CameraSensor {
     /// the space.
     pub fn response(&self, white: Option<f64>, space: ColourSpace) -> CameraResponse {
         let camera = self.sensitivities();
-        let [scene, output] = [d_illuminant(white.unwrap_or(DEFAULT_WHITE)), space.illuminant()]
-            .map(|s| nanometres().map(|nm| s.at(nm)).collect::<Samples>());
-        let observer = observer();
+        let scene = d_illuminant(white.unwrap_or(DEFAULT_WHITE));
         // Both have the same response to the scene's white in their second channel.
-        let green = integral(&scene, &camera[1]);
-        let scale = integral(&scene, &observer[1]) / green / integral(&output, &observer[1]);
-        let pairs = PATCHES.iter().map(|patch| {
-            let patch = tabulated(patch, 1e-3);
-            let seen = response_to(&camera, &product(&patch, &scene)) / green;
-            (seen, response_to(&observer, &product(&patch, &output)) * scale)
-        });
-        CameraResponse { from_srgb: from_srgb(&camera), to_xyz: fit(pairs, None) }
+        let [green, luminance] =
+            [&camera[1], &observer()[1]].map(|c| integral(&by_nanometre(&scene), c));
+        let to_xyz = xyz_from_channels(&camera, &scene, &space.illuminant()) * (luminance / green);
+        CameraResponse { from_srgb: from_srgb(&camera), to_xyz }
     }
 
     /// Returns the response of the channels to the daylight in each band, in the unit of
@@ -142,7 +145,7 @@ impl CameraSensor {
             .map(|channel| daylight_in_bands(|nm| channel[(nm - f64::from(VISIBLE[0])) as usize]))
     }
 
-    fn sensitivities(&self) -> Sensitivities {
+    pub(super) fn sensitivities(&self) -> Sensitivities {
         match &self.0 {
             Table::Known(number) => {
                 let (_, channels) = &CAMERAS[*number];
@@ -195,33 +198,20 @@ fn from_srgb(camera: &Sensitivities) -> DMat3 {
     fit(pairs.into_iter(), Some(respond(&daylight)))
 }
 
-/// Returns the matrix that comes nearest, by least squares, to mapping the first vector of each pair
-/// to the second. An `exact` pair is mapped without a difference.
-fn fit(pairs: impl Iterator<Item = (DVec3, DVec3)>, exact: Option<(DVec3, DVec3)>) -> DMat3 {
-    let (mut products, mut squares) = (DMat3::ZERO, DMat3::ZERO);
-    let outer = |a: DVec3, b: DVec3| DMat3::from_cols(a * b.x, a * b.y, a * b.z);
-    for (from, to) in pairs {
-        products += outer(to, from);
-        squares += outer(from, from);
-    }
-    let inverse = squares.inverse();
-    let free = products * inverse;
-    let Some((from, to)) = exact else { return free };
-    // Lagrange's multiplier of the constraint.
-    let direction = inverse * from;
-    free + outer(to - free * from, direction) * (1.0 / direction.dot(from))
+pub(super) fn by_nanometre(spectrum: &Spectrum) -> Samples {
+    nanometres().map(|nm| spectrum.at(nm)).collect()
 }
 
-fn nanometres() -> impl Iterator<Item = f64> {
+pub(super) fn nanometres() -> impl Iterator<Item = f64> {
     (VISIBLE[0]..=VISIBLE[1]).map(f64::from)
 }
 
-fn observer() -> Sensitivities {
+pub(super) fn observer() -> Sensitivities {
     [0, 1, 2].map(|i| nanometres().map(|nm| colour_matching(nm)[i]).collect())
 }
 
 /// Returns the entries of a table times a factor: linear between them, 0 beyond.
-fn tabulated(entries: &[u16], factor: f64) -> Samples {
+pub(super) fn tabulated(entries: &[u16], factor: f64) -> Samples {
     let value = |nm: f64| {
         let x = (nm - f64::from(FIRST_WAVELENGTH)) / f64::from(STEP);
         let below = x.floor();
@@ -236,15 +226,15 @@ fn tabulated(entries: &[u16], factor: f64) -> Samples {
     nanometres().map(value).collect()
 }
 
-fn product(a: &Samples, b: &Samples) -> Samples {
+pub(super) fn product(a: &Samples, b: &Samples) -> Samples {
     a.iter().zip(b).map(|(a, b)| a * b).collect()
 }
 
-fn integral(a: &Samples, b: &Samples) -> f64 {
+pub(super) fn integral(a: &Samples, b: &Samples) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-fn response_to(channels: &Sensitivities, light: &Samples) -> DVec3 {
+pub(super) fn response_to(channels: &Sensitivities, light: &Samples) -> DVec3 {
     DVec3::from_array([0, 1, 2].map(|i| integral(&channels[i], light)))
 }
 
@@ -340,16 +330,5 @@ mod tests {
         let found = matrix * DVec3::ONE;
         let aces = DVec3::from_array(ColourSpace::Aces2065.light([1.0; 3]));
         assert!((found / found.y).abs_diff_eq(aces / aces.y, 0.02), "{found}, expected {aces}");
-    }
-
-    #[test]
-    fn a_fit_recovers_a_matrix_and_maps_the_exact_pair() {
-        let matrix = DMat3::from_cols_array(&[1.0, 0.2, 0.0, 0.1, 0.9, 0.3, 0.0, 0.4, 1.2]);
-        let from = [DVec3::X, DVec3::Y, DVec3::Z, DVec3::new(1.0, 2.0, 3.0)];
-        let found = fit(from.into_iter().map(|v| (v, matrix * v)), None);
-        assert!(found.abs_diff_eq(matrix, 1e-12));
-        let exact = (DVec3::ONE, DVec3::new(3.0, 2.0, 1.0));
-        let found = fit(from.into_iter().map(|v| (v, matrix * v)), Some(exact));
-        assert!((found * exact.0).abs_diff_eq(exact.1, 1e-12));
     }
 }

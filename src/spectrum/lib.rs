@@ -12,6 +12,7 @@ mod primaries;
 mod bands;
 mod blackbody;
 mod buckets;
+mod camera_matrices;
 mod camera_sensor;
 mod camera_tables;
 mod colour;

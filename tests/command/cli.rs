@@ -295,7 +295,10 @@ fn an_opacity_is_written_to_exr_and_png_and_refused_elsewhere() {
     let file = std::io::BufReader::new(std::fs::File::open(&png).unwrap());
     let colour = png::Decoder::new(file).read_info().unwrap().info().color_type;
     assert_eq!(colour, png::ColorType::Rgba);
-    refuses(&small(&jpeg, &["--aov", "alpha"]), "only EXR holds layers, PNG the layer alpha");
+    refuses(
+        &small(&jpeg, &["--aov", "alpha"]),
+        "only EXR holds layers, PNG and TIFF the layer alpha",
+    );
     refuses(&small(&png, &["--aov", "alpha,depth"]), "only EXR holds layers");
 }
 
@@ -397,7 +400,18 @@ fn errors_end_with_exit_code_2_and_advice() {
     let out = out.to_str().unwrap();
     refuses(&["render", "scenes/no.pbrt", "-o", out], "cannot read scenes/no.pbrt");
     refuses(&["render", "scenes", "-o", out], "cannot read scenes");
-    refuses(&["render", "scenes/dgauss.pbrt", "-o", "x.tiff"], "known are .exr, .png, .jpg");
+    refuses(&["render", "scenes/dgauss.pbrt", "-o", "x.webp"], "known are .exr, .png, .jpg");
+    let render = |more: &[&'static str]| [&["render", "scenes/dgauss.pbrt"], more].concat();
+    refuses(&render(&["-o", "x.dng"]), "x.dng: DNG holds the mosaic of a sensor; add --bayer");
+    refuses(&render(&["-o", "x.dng", "--sensor"]), "add --bayer, or name a picture.exr or .tif");
+    for (name, bits, problem) in [
+        ("x.jpg", "16", "--bit-depth is for PNG, and x.jpg has 8 bits"),
+        ("x.tif", "8", "--bit-depth is for PNG, and x.tif has 16 bits"),
+        ("x.exr", "16", "--bit-depth is for PNG, and x.exr has floats"),
+        ("x.png", "12", "expected 8 or 16"),
+    ] {
+        refuses(&render(&["-o", name, "--bit-depth", bits]), problem);
+    }
     refuses(&["render", "scenes/dgauss.pbrt", "-o", "no/such/x.exr"], "name another file with -o");
     refuses(&["render", "scenes/dgauss.pbrt", "-o", folder.path().to_str().unwrap()], "");
     refuses(

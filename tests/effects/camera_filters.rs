@@ -93,7 +93,7 @@ fn noise_of_a_grey_patch_is_that_of_the_raw_channels_through_the_matrix() {
     assert_eq!(sensor.white_electrons(), 5000.0);
     let n = (side * side) as f64;
     for value in [0.02, 0.3] {
-        let (mean, found) = moments(&sensor.read_out(&grey(value, side), [0, 0], 3));
+        let (mean, found) = moments(&sensor.read_out(grey(value, side), [0, 0], 3));
         let value = f64::from(value);
         // Poisson: the variance is the mean. Read noise of 5 electrons adds to it.
         let variances = white.map(|share| (value * share * 5000.0 + 25.0) / (5000.0 * 5000.0));
@@ -124,7 +124,7 @@ fn noise_that_the_channels_have_in_common_is_developed_as_one() {
         let lines = |[pixel, row]: [f64; 2]| Components { pixel, row, column: row };
         let fixed_pattern = FixedPattern { response: lines(response), ..Default::default() };
         let sensor = Sensor { read_noise: lines(read), fixed_pattern, ..camera() };
-        let (mean, found) = moments(&sensor.read_out(&grey(0.3, side), [0, 0], 3));
+        let (mean, found) = moments(&sensor.read_out(grey(0.3, side), [0, 0], 3));
         let noisiest = (0..3).map(|i| found[i][i].sqrt() / mean[i]).fold(0.0, f64::max);
         // A thousand rows and columns know their deviation to 2.2 % each; five of these.
         let said = sensor.relative_noise(0.3) / 100.0;
@@ -136,7 +136,7 @@ fn noise_that_the_channels_have_in_common_is_developed_as_one() {
 fn a_mosaic_holds_the_raw_channels() {
     let sensor = Sensor { bayer: Some(Bayer::Grbg), full_well: 1e12, ..camera() };
     let white = naive().0;
-    let read = sensor.read_out(&grey(0.4, 2), [0, 0], 0);
+    let read = sensor.read_out(grey(0.4, 2), [0, 0], 0);
     for (pixel, channel) in read.pixels.iter().zip([1, 0, 2, 1]) {
         let expected = 0.4 * white[channel];
         assert!(pixel.iter().all(|v| (f64::from(*v) - expected).abs() < 1e-4), "{read:?}");
@@ -151,13 +151,13 @@ fn a_mosaic_holds_the_raw_channels() {
 #[test]
 fn saturated_light_is_white_and_any_light_is_finite() {
     let sensor = camera();
-    let read = sensor.read_out(&grey(3.0, 8), [0, 0], 0);
+    let read = sensor.read_out(grey(3.0, 8), [0, 0], 0);
     assert!(read.pixels.iter().flatten().all(|v| (v - 1.0).abs() < 1e-3), "{read:?}");
     let nasty = nasty_f32();
     let pixels = nasty.iter().flat_map(|&a| nasty.map(|b| [a, b, 0.5])).collect();
     let picture = Picture { size: [nasty.len(), nasty.len()], pixels };
     for bayer in [None, Some(Bayer::Rggb)] {
-        let read = Sensor { bayer, ..sensor }.read_out(&picture, [0, 0], 0);
+        let read = Sensor { bayer, ..sensor }.read_out(picture.clone(), [0, 0], 0);
         assert!(read.pixels.iter().flatten().all(|v| v.is_finite() && v.abs() < 10.0));
     }
     assert_eq!(sensor.relative_noise(0.0), f64::INFINITY);

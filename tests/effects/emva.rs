@@ -31,7 +31,7 @@ fn measure(sensor: &Sensor, value: f32, side: usize, pictures: u32) -> Measured 
     let mut temporal = 0.0;
     let count = sums.len() as f64;
     for pair in 0..pictures / 2 {
-        let read = |seed| sensor.read_out(&flat(value, side), [0, 0], seed);
+        let read = |seed| sensor.read_out(flat(value, side), [0, 0], seed);
         let (one, other) = (read(2 * pair), read(2 * pair + 1));
         for (sum, (a, b)) in sums.iter_mut().zip(one.pixels.iter().zip(&other.pixels)) {
             let (a, b) = (span * f64::from(a[1]), span * f64::from(b[1]));
@@ -82,7 +82,7 @@ fn emva_1288_parameters_of_flat_fields_are_those_put_in() {
 fn the_full_well_saturates_below_the_last_code() {
     // At half of the base speed, the well is full at half of the codes.
     for text in ["iso=50,well=20000,read=0", "iso=50,well=20000,read=0,dark=1e12,time=1e9"] {
-        let read = sensor(text).read_out(&flat(4.0, 64), [0, 0], 1);
+        let read = sensor(text).read_out(flat(4.0, 64), [0, 0], 1);
         assert!(read.pixels.iter().flatten().all(|v| (v - 0.5).abs() < 1e-4), "{text}");
     }
 }
@@ -90,16 +90,16 @@ fn the_full_well_saturates_below_the_last_code() {
 #[test]
 fn no_dark_current_adds_up_to_none_in_any_time() {
     let still = Sensor { seconds: 0.0, ..sensor("well=20000") };
-    let expected = still.read_out(&flat(0.01, 64), [0, 0], 1);
+    let expected = still.read_out(flat(0.01, 64), [0, 0], 1);
     for seconds in [1e9, f64::INFINITY, f64::NAN, -1.0] {
-        let found = Sensor { seconds, ..still }.read_out(&flat(0.01, 64), [0, 0], 1);
+        let found = Sensor { seconds, ..still }.read_out(flat(0.01, 64), [0, 0], 1);
         assert_eq!(found, expected, "{seconds} s");
     }
 }
 
 /// Returns the deviation over the mean of the readings of a flat field.
 fn noise(sensor: &Sensor, value: f32) -> f64 {
-    let read = sensor.read_out(&flat(value, 1000), [0, 0], 3);
+    let read = sensor.read_out(flat(value, 1000), [0, 0], 3);
     let values = || read.pixels.iter().map(|pixel| f64::from(pixel[1]));
     let mean = values().sum::<f64>() / 1e6;
     (values().map(|v| (v - mean).powi(2)).sum::<f64>() / 1e6).sqrt() / f64::from(value)
@@ -138,7 +138,7 @@ fn fields_of_one_sensor_are_independent_of_those_of_others() {
     // Fields without shot noise: the well is large, and the code fine.
     let field = |term: &str, value: f32, pattern: u32| {
         let text = format!("well=1e6,bits=16,black=30000,{term},pattern={pattern}");
-        let read = sensor(&text).read_out(&flat(value, side), [0, 0], pattern);
+        let read = sensor(&text).read_out(flat(value, side), [0, 0], pattern);
         let values: Vec<_> = read.pixels.iter().map(|pixel| f64::from(pixel[0])).collect();
         let mean = values.iter().sum::<f64>() / values.len() as f64;
         let length = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>().sqrt();
@@ -189,7 +189,7 @@ fn rows_and_columns_have_patterns_and_noise_of_their_own() {
     }
     // The filters of a mosaic do not divide a row.
     let mosaic = sensor("well=20000,bits=14,black=1024,read=0/3/0,dsnu=0/4/0,bayer");
-    let read = mosaic.read_out(&flat(0.0, 64), [0, 0], 1);
+    let read = mosaic.read_out(flat(0.0, 64), [0, 0], 1);
     for row in read.pixels.chunks(64) {
         assert!(row.iter().all(|pixel| *pixel == row[0]), "a row of a mosaic: {row:?}");
     }
@@ -199,7 +199,7 @@ fn rows_and_columns_have_patterns_and_noise_of_their_own() {
 #[test]
 fn hot_pixels_are_those_of_the_pattern_and_grow_with_time() {
     let hot = |text: &str, seed| {
-        let read = sensor(text).read_out(&flat(0.0, 1000), [0, 0], seed);
+        let read = sensor(text).read_out(flat(0.0, 1000), [0, 0], seed);
         let electrons = |pixel: &[f32; 3]| f64::from(pixel[0]) * 20_000.0;
         let bright = |(i, pixel)| (electrons(pixel) > 30.0).then_some((i, electrons(pixel)));
         read.pixels.iter().enumerate().filter_map(bright).collect::<Vec<_>>()

@@ -53,7 +53,7 @@ fn noise_of_a_picture_follows_the_light_of_every_channel() {
     let sensor = Sensor { iso: 800.0, bits: 16, black_level: 2048, ..COARSE };
     assert_eq!(sensor.white_electrons(), 5000.0);
     let value = [0.05, 0.3, 0.8];
-    let read = sensor.read_out(&flat(value, [1000, 800]), [0, 0], 3);
+    let read = sensor.read_out(flat(value, [1000, 800]), [0, 0], 3);
     let n: f64 = 800_000.0;
     for channel in 0..3 {
         let electrons = f64::from(value[channel]) * 5000.0;
@@ -70,7 +70,7 @@ fn noise_of_a_picture_follows_the_light_of_every_channel() {
 fn readings(options: &str, value: f32) -> [f64; 2] {
     let settings: SensorSettings = options.parse().expect("settings");
     let size = [1000, 800];
-    let read = settings.sensor(100.0, 6.0, 0.0).read_out(&flat([value; 3], size), [0, 0], 17);
+    let read = settings.sensor(100.0, 6.0, 0.0).read_out(flat([value; 3], size), [0, 0], 17);
     let n = (3 * size[0] * size[1]) as f64;
     let values = || read.pixels.iter().flatten().map(|&value| f64::from(value));
     let mean = values().sum::<f64>() / n;
@@ -116,7 +116,7 @@ fn every_source_of_noise_is_as_strong_as_its_definition() {
 fn a_dark_frame_has_no_bias() {
     for options in ["", "iso=6400,read=2.5,bits=12", "iso=1600,read=3,bits=10,bayer=gbrg"] {
         let sensor = options.parse::<SensorSettings>().expect("settings").sensor(100.0, 4.0, 0.0);
-        let read = sensor.read_out(&flat([0.0; 3], [1000, 800]), [0, 0], 5);
+        let read = sensor.read_out(flat([0.0; 3], [1000, 800]), [0, 0], 5);
         let step = sensor.white_electrons() / f64::from(sensor.max_code() - sensor.black_level);
         let expected = sensor.read_noise.variance() + step * step / 12.0;
         let [mean, variance] = moments(&read, 1).map(|m| m * sensor.white_electrons());
@@ -165,19 +165,19 @@ fn the_estimated_noise_equals_the_noise_of_readings() {
 #[test]
 fn light_beyond_white_or_the_full_well_is_clipped() {
     let bright = flat([1.5, 40.0, 1e30], [64, 64]);
-    let read = COARSE.read_out(&bright, [0, 0], 0);
+    let read = COARSE.read_out(bright.clone(), [0, 0], 0);
     assert!(read.pixels.iter().all(|pixel| *pixel == [1.0; 3]));
     // At half the base ISO the full well is half of white.
     let slow =
         Sensor { iso: 50.0, read_noise: read_noise(0.0), bits: 16, black_level: 0, ..COARSE };
-    let read = slow.read_out(&bright, [0, 0], 0);
+    let read = slow.read_out(bright.clone(), [0, 0], 0);
     assert!(read.pixels.iter().flatten().all(|&v| (v - 0.5).abs() < 1e-5), "{:?}", read.pixels[0]);
 }
 
 #[test]
 fn values_are_codes_and_every_code_occurs() {
     let ramp = (0..100_000).map(|i| [i as f32 * 1.02e-5 - 0.01; 3]).collect();
-    let read = COARSE.read_out(&Picture { size: [1000, 100], pixels: ramp }, [0, 0], 0);
+    let read = COARSE.read_out(Picture { size: [1000, 100], pixels: ramp }, [0, 0], 0);
     let mut seen = [0; 241];
     for value in read.pixels.iter().flatten() {
         let code = value * 240.0;
@@ -196,7 +196,7 @@ fn a_pixel_of_the_mosaic_keeps_the_channel_of_its_filter() {
     let value = [0.2, 0.5, 0.8];
     let channels = |bayer: Bayer, origin: [u32; 2]| -> String {
         let sensor = Sensor { bayer: Some(bayer), ..quiet };
-        let read = sensor.read_out(&flat(value, [2, 2]), origin, 0);
+        let read = sensor.read_out(flat(value, [2, 2]), origin, 0);
         let letter = |pixel: &[f32; 3]| {
             assert!(pixel[0] == pixel[1] && pixel[1] == pixel[2], "grey");
             let near = |channel: usize| (pixel[0] - value[channel]).abs() < 1e-4;
@@ -217,8 +217,8 @@ fn a_pixel_of_the_mosaic_keeps_the_channel_of_its_filter() {
 #[test]
 fn a_pixel_of_the_mosaic_equals_the_pixel_without_it() {
     let picture = flat([0.1, 0.2, 0.4], [32, 16]);
-    let all = COARSE.read_out(&picture, [3, 5], 9);
-    let mosaic = Sensor { bayer: Some(Bayer::Gbrg), ..COARSE }.read_out(&picture, [3, 5], 9);
+    let all = COARSE.read_out(picture.clone(), [3, 5], 9);
+    let mosaic = Sensor { bayer: Some(Bayer::Gbrg), ..COARSE }.read_out(picture.clone(), [3, 5], 9);
     for (i, (all, one)) in all.pixels.iter().zip(&mosaic.pixels).enumerate() {
         let at = [3 + i as u32 % 32, 5 + i as u32 / 32];
         assert_eq!(one[0], all[Bayer::Gbrg.channel(at)]);
@@ -243,7 +243,7 @@ fn readings_of_any_light_lie_between_the_first_code_and_the_last() {
                 let settings: SensorSettings = text.parse().expect("settings");
                 let seconds = [f64::INFINITY, f64::NAN, -1.0][text.len() % 3];
                 let sensor = settings.sensor(iso, pitch, seconds);
-                let read = sensor.read_out(&picture, [u32::MAX - 3, u32::MAX - 30], 1);
+                let read = sensor.read_out(picture.clone(), [u32::MAX - 3, u32::MAX - 30], 1);
                 let black = f64::from(sensor.black_level);
                 let lowest = (-black / (f64::from(sensor.max_code()) - black)) as f32;
                 assert!(
@@ -257,10 +257,10 @@ fn readings_of_any_light_lie_between_the_first_code_and_the_last() {
     }
     // NaN and negative light give the reading of darkness.
     let quiet = Sensor { read_noise: read_noise(0.0), ..COARSE };
-    let dark = quiet.read_out(&flat([f32::NAN, -1.0, f32::NEG_INFINITY], [4, 4]), [0, 0], 0);
+    let dark = quiet.read_out(flat([f32::NAN, -1.0, f32::NEG_INFINITY], [4, 4]), [0, 0], 0);
     assert!(dark.pixels.iter().all(|pixel| *pixel == [0.0; 3]));
     let nothing = Picture { size: [0, 0], pixels: Vec::new() };
-    assert_eq!(quiet.read_out(&nothing, [0, 0], 0), nothing);
+    assert_eq!(quiet.read_out(nothing.clone(), [0, 0], 0), nothing);
 }
 
 /// Prepares a small render through a real lens of a grey sky.

@@ -1,6 +1,7 @@
 //! Arguments that several commands share, and the parsers of their values.
 
 pub(super) mod argv;
+pub(super) mod encoding;
 pub(super) mod layer;
 pub(super) mod lens_file;
 pub(super) mod option_roles;

@@ -22,7 +22,7 @@ pub(in crate::cli) enum SweepRole {
 }
 
 /// All options that differ from the default: in the inputs, and [`SweepRole::Tried`].
-const ROLES: [OptionRole; 25] = {
+const ROLES: [OptionRole; 26] = {
     const fn role(name: &'static str, in_inputs: bool, sweep: SweepRole) -> OptionRole {
         OptionRole { name, in_inputs, sweep }
     }
@@ -30,6 +30,7 @@ const ROLES: [OptionRole; 25] = {
     [
         role("aov", false, Tried),
         role("backend", false, Whole),
+        role("bit-depth", false, TriedOnce),
         role("catalogue", false, Whole),
         role("checkpoint", false, Whole),
         role("contact", false, Whole),

@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::time::Duration;
 
-use petzval_image::WhiteBalance;
+use petzval_image::{BitDepth, WhiteBalance};
 use petzval_render::prepare::settings::{
     self, Assignment, LENGTHS, PictureSetting, SettingError, SettingValue, UnitRange,
     number_with_unit,
@@ -45,6 +45,15 @@ pub(in crate::cli) fn point(text: &str) -> Result<[f64; 2], String> {
     let lengths: Option<Vec<f64>> = text.split(',').map(signed_length).collect();
     let point = lengths.and_then(|lengths| lengths.try_into().ok());
     point.ok_or_else(|| "expected two lengths X,Y in mm, such as 0,10 or 0mm,10mm".to_owned())
+}
+
+/// Parses the bits of a channel.
+pub(in crate::cli) fn bit_depth(text: &str) -> Result<BitDepth, String> {
+    match text {
+        "8" => Ok(BitDepth::Eight),
+        "16" => Ok(BitDepth::Sixteen),
+        _ => Err("expected 8 or 16".to_owned()),
+    }
 }
 
 pub(in crate::cli) fn pixel(text: &str) -> Result<[u32; 2], String> {

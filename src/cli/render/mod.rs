@@ -17,7 +17,7 @@ pub(super) use inputs::inputs;
 pub(super) use picture_output::PictureOutput;
 pub(super) use resume::{RenderFiles, checkpoint_name, partial_name, resume_command};
 pub(super) use task::{
-    RenderTask, SweepItem, TaskResult, job, stop_at_signals, warn_half, warn_without_spectra,
+    RenderTask, SweepItem, TaskResult, job, stop_at_signals, warn_without_spectra,
 };
 
 use std::ops::Range;
@@ -26,15 +26,14 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use petzval_base::io::ByteSize;
-use petzval_image::{DisplayExposure, ToneCurve, WhiteBalance};
 use petzval_render::Progress;
 use petzval_render::aov::Aov;
-use petzval_render::job::Job;
 use petzval_render::prepare::settings;
 
 use super::arguments::argv::argv;
+use super::arguments::encoding::EncodingArguments;
 use super::arguments::values::{
-    CheckpointInterval, Shard, checkpoint_interval, range, shard, typed, white_balance,
+    CheckpointInterval, Shard, checkpoint_interval, range, shard, typed,
 };
 use super::arguments::{BackendArgument, PictureArguments, PupilArgument, layer};
 use super::denoise::Denoiser;
@@ -45,7 +44,7 @@ use super::{Failure, Outcome, message, sweep};
 /// Arguments of `petzval render`.
 #[derive(Debug, clap::Args)]
 pub(super) struct RenderArguments {
-    /// Picture to write: .exr, .png, .jpg, or an array, .npy; by default the name that the scene gives
+    /// Picture to write: .exr, .png, .jpg, .tif, the raw mosaic of --bayer, .dng, or an array, .npy; by default the name that the scene gives
     #[arg(short, long, value_name = "FILE", help_heading = "Picture")]
     pub output: Option<PathBuf>,
     #[command(flatten)]
@@ -160,9 +159,6 @@ pub(super) struct RenderArguments {
     /// 2016
     #[arg(long, value_enum, default_value_t, help_heading = "Lens")]
     pub pupil: PupilArgument,
-    /// Write 16-bit floats (EXR)
-    #[arg(long, help_heading = "Picture")]
-    pub half: bool,
     /// Layers to add to the picture (EXR)
     #[arg(
         long,
@@ -172,33 +168,8 @@ pub(super) struct RenderArguments {
         help_heading = "Picture"
     )]
     pub aov: Vec<Aov>,
-    /// Brightness of PNG and JPEG in stops, such as -1.5 or 2EV, or auto (default)
-    ///
-    /// The summary of the render prints the stops that auto finds, and the files store them. 0 shows
-    /// a value of 1 as white. It is the default with --sensor, whose white is the full well, and
-    /// with --sweep, whose pictures are compared
-    #[arg(long, value_name = "EV|auto", allow_hyphen_values = true, help_heading = "Picture")]
-    pub exposure: Option<DisplayExposure>,
-    /// Tone curve of PNG and JPEG
-    ///
-    /// linear, which clips light above white, or filmic, which keeps middle grey and rolls
-    /// highlights off over three more stops without a change of hue
-    #[arg(long, value_name = "linear|filmic", default_value = "linear", help_heading = "Picture")]
-    pub tone: ToneCurve,
-    /// Light that PNG and JPEG show as white: a colour temperature such as 3200K, D65, A, chromaticities
-    /// x,y, auto or off (default)
-    ///
-    /// auto finds the mean colour of the picture; the summary of the render prints it, and the file
-    /// stores it. Temperatures from 4000 K on are daylight, those below black bodies
-    #[arg(
-        long,
-        value_name = "K|x,y|auto",
-        value_parser = white_balance,
-        default_value = "off",
-        hide_default_value = true,
-        help_heading = "Picture"
-    )]
-    pub white_balance: WhiteBalance,
+    #[command(flatten)]
+    pub encoding: EncodingArguments,
     /// Remove the noise of the finished picture, before the sensor, by a program: oidnDenoise of
     /// Open Image Denoise or petzval-denoise of the Python package, on PATH, in the environment
     /// variable PETZVAL_DENOISER, or named here
@@ -221,15 +192,6 @@ impl RenderArguments {
         match (&self.denoise, self.is_part()) {
             (Some(program), false) => Denoiser::new(program.as_deref()).map(Some),
             _ => Ok(None),
-        }
-    }
-
-    /// Returns the exposure of 8-bit files. A sensor and the pictures of a sweep have a white of
-    /// their own.
-    pub fn display_exposure(&self, job: &Job, in_sweep: bool) -> DisplayExposure {
-        match (self.exposure, in_sweep) {
-            (None, true) => DisplayExposure::Stops(0.0),
-            (given, _) => default_exposure(given, job),
         }
     }
 
@@ -265,28 +227,6 @@ impl RenderArguments {
                 Err(format!("{option}: the picture has {all} samples a pixel; see --spp").into())
             }
         }
-    }
-}
-
-/// Returns the exposure of 8-bit files, given or by default: that of a sensor is its own.
-pub(super) fn default_exposure(given: Option<DisplayExposure>, job: &Job) -> DisplayExposure {
-    given.unwrap_or(match job.sensor {
-        Some(_) => DisplayExposure::Stops(0.0),
-        None => DisplayExposure::Auto,
-    })
-}
-
-/// Checks that a white balance has colours to balance.
-///
-/// # Errors
-/// Returns an error for a mosaic.
-pub(super) fn check_white_balance(white: WhiteBalance, job: &Job) -> Result<(), Failure> {
-    let is_mosaic = job.sensor.as_ref().is_some_and(|sensor| sensor.bayer.is_some());
-    match is_mosaic && white != WhiteBalance::Off {
-        true => Err("--white-balance: a mosaic of --bayer has no colours yet; balance the \
-                     picture that is made of it"
-            .into()),
-        false => Ok(()),
     }
 }
 

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::time::Duration;
 
-use petzval_image::{EncodingOptions, ImageFormat, Note, Notes};
+use petzval_image::{BitDepth, EncodingOptions, ImageFormat, Note, Notes};
 use petzval_render::job::Job;
 use petzval_render::plan::Plan;
 
@@ -72,7 +72,12 @@ impl RenderSummary<'_> {
 
     fn file(&self) -> String {
         let name = self.output.display();
-        if self.is_linear() {
+        let format = ImageFormat::of(self.output).ok();
+        if let (Some(ImageFormat::Dng), Some(sensor)) = (format, &self.job.sensor) {
+            return format!("{name}, raw mosaic of {} bits", sensor.bits);
+        }
+        let depth = format.and_then(|format| format.display_depth(self.encoding.bit_depth));
+        let Some(depth) = depth else {
             let bits = if self.encoding.half { 16 } else { 32 };
             let buckets = self.job.buckets().map_or(String::new(), |shares| {
                 let buckets = shares.buckets();
@@ -80,7 +85,11 @@ impl RenderSummary<'_> {
                 format!(", {count} buckets of wavelength from {first} to {last} nm")
             });
             return format!("{name}, linear light, {bits}-bit floats{buckets}");
-        }
+        };
+        let bits = match depth {
+            BitDepth::Eight => 8,
+            BitDepth::Sixteen => 16,
+        };
         let mut found = Vec::new();
         let mut locks = Vec::new();
         if let Some(stops) = self.found_stops {
@@ -92,12 +101,12 @@ impl RenderSummary<'_> {
             locks.push(format!("--white-balance={x:.4},{y:.4}"));
         }
         let locks_them = match locks.len() {
-            0 => return format!("{name}, 8 bits"),
+            0 => return format!("{name}, {bits} bits"),
             1 => "locks it",
             _ => "lock them",
         };
         let (found, locks) = (found.join(" and "), locks.join(" "));
-        format!("{name}, 8 bits, {found} found; {locks} {locks_them} for a series")
+        format!("{name}, {bits} bits, {found} found; {locks} {locks_them} for a series")
     }
 
     fn is_linear(&self) -> bool {

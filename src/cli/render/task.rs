@@ -18,7 +18,7 @@ use petzval_scene_formats::pbrt::Description;
 use super::denoising::{self, Denoising, Undenoised, add_guides, check_noisy_files};
 use super::picture_output::PictureOutput;
 use super::resume::{RenderFiles, Resume};
-use super::{RenderArguments, check_white_balance, inputs};
+use super::{RenderArguments, inputs};
 use crate::cli::denoise::{DenoiseError, Denoiser};
 use crate::cli::memory::{Memory, log_peak};
 use crate::cli::outputs::check_writable;
@@ -96,7 +96,7 @@ impl<'a> RenderTask<'a> {
         if leaves_spectra {
             warn_without_spectra(&output);
         }
-        check_white_balance(arguments.white_balance, &job)?;
+        arguments.encoding.check(&output, format, &job)?;
         let denoises = arguments.denoise.is_some();
         if denoises && !arguments.is_part() {
             check_noisy_files(&output)?;
@@ -105,9 +105,6 @@ impl<'a> RenderTask<'a> {
         denoiser.iter().for_each(|denoiser| outputs.protect(&denoiser.files()));
         let files = RenderFiles::claim(&output, denoises, &outputs)?;
         let hidden = if denoises { add_guides(&mut job) } else { Vec::new() };
-        if arguments.half && format.is_some_and(|format| format != ImageFormat::Exr) {
-            warn_half(&output);
-        }
         let all = job.samples.len() as u32;
         let inputs = inputs(&argv, &job, all)?;
         if let Some(samples) = arguments.part(all)? {
@@ -183,10 +180,7 @@ impl<'a> RenderTask<'a> {
             true => files.partial,
             false => files.output,
         };
-        let mut encoding = job.encoding(arguments.display_exposure(&job, item.is_some()));
-        encoding.half |= arguments.half;
-        encoding.tone = arguments.tone;
-        encoding.white_balance = arguments.white_balance;
+        let encoding = arguments.encoding.options(&job, item.is_some());
         let (output, argv, label) = (&output, &argv, item.map(|item| item.label));
         let alone = label.is_none();
         let picture = PictureOutput {
@@ -222,15 +216,6 @@ impl<'a> RenderTask<'a> {
         }
         resume.end(partial, output.path()).map(result)
     }
-}
-
-/// Warns that a file holds no 16-bit floats.
-pub(in crate::cli) fn warn_half(output: &Path) {
-    let bits = match ImageFormat::of(output) {
-        Ok(ImageFormat::Npy) => "32-bit floats",
-        _ => "8 bits",
-    };
-    say!("petzval: warning: --half is for EXR; {} has {bits}", output.display());
 }
 
 /// Warns that a file does not hold the spectra of the scene's film.

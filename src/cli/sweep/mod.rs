@@ -155,7 +155,7 @@ impl Sweep<'_> {
         // 8-bit pictures have their exposure already; only EXR pictures get one on the sheet.
         let exposure = match ImageFormat::of(&self.names[0])? {
             ImageFormat::Exr if !axes.contains(&"exposure") => {
-                self.arguments.exposure.unwrap_or_default()
+                self.arguments.encoding.exposure.unwrap_or_default()
             }
             _ => DisplayExposure::default(),
         };
@@ -248,8 +248,7 @@ fn input_digest(
     denoiser: Option<&Denoiser>,
 ) -> String {
     let mut inputs = task.inputs.clone();
-    let RenderArguments { exposure, tone, white_balance, half, .. } = arguments;
-    let mut encoding = format!("{exposure:?} {tone:?} {white_balance:?} {half}");
+    let mut encoding = format!("{:?}", arguments.encoding);
     if let Some(denoiser) = denoiser {
         encoding += &format!(" denoised by {}", denoiser.name());
     }

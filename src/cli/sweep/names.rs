@@ -63,8 +63,8 @@ impl SweepPlan {
                 let name = name.display();
                 return Err(format!("-o {template}: both {one} and {other} would be {name}").into());
             }
-            if ImageFormat::of(&name)? == ImageFormat::Npy {
-                let hint = "the contact sheet shows .exr, .png and .jpg";
+            if matches!(ImageFormat::of(&name)?, ImageFormat::Npy | ImageFormat::Dng) {
+                let hint = "the contact sheet shows .exr, .png, .jpg and .tif";
                 return Err(format!("-o {template}: {hint}").into());
             }
             names.push(name);

@@ -39,7 +39,7 @@ impl FinalRender {
     /// # Errors
     /// Returns a message if the name is refused or taken, or if other work is in progress.
     pub fn start(&self, name: &str, settings: &ViewSettings) -> Result<(), String> {
-        let file = new_file(Path::new(""), name, &["exr", "png", "jpg"])?;
+        let file = new_file(Path::new(""), name, &["exr", "png", "jpg", "tif", "dng"])?;
         let partial = partial_name(&file);
         if partial.symlink_metadata().is_ok() && !checkpoint_name(&file).exists() {
             let partial = partial.display();

@@ -35,6 +35,7 @@ mod filters;
 mod fixed_pattern;
 mod photosite_rng;
 mod poisson;
+mod raw_format;
 mod readout;
 mod settings;
 
@@ -108,26 +109,24 @@ impl Sensor {
     /// With a mosaic, a pixel keeps only the channel of its filter, as grey: red, green and blue
     /// are equal. The result is finite for any input, and within 0 to 1 unless a camera's matrix has
     /// developed it or a code is below black.
-    pub fn read_out(&self, picture: &Picture, origin: [u32; 2], seed: u32) -> Picture {
+    pub fn read_out(&self, mut picture: Picture, origin: [u32; 2], seed: u32) -> Picture {
         let width = picture.size[0].max(1);
-        let mut pixels = vec![[0.0; 3]; picture.pixels.len()];
         let readout = Readout::new(self, origin, picture.size, seed);
-        let rows = pixels.par_chunks_mut(width).zip(picture.pixels.par_chunks(width));
-        rows.enumerate().for_each(|(row, (to, from))| {
+        picture.pixels.par_chunks_mut(width).enumerate().for_each(|(row, pixels)| {
             let y = origin[1] + row as u32;
-            for (x, (to, from)) in (origin[0]..).zip(to.iter_mut().zip(from)) {
-                let light = self.filters.map_or(*from, |filters| filters.raw(*from));
+            for (x, pixel) in (origin[0]..).zip(pixels) {
+                let light = self.filters.map_or(*pixel, |filters| filters.raw(*pixel));
                 let read = |channel: usize| {
                     self.value(readout.code(light[channel], [x, y], channel as u32))
                 };
-                *to = match (self.bayer, self.filters) {
+                *pixel = match (self.bayer, self.filters) {
                     (Some(bayer), _) => [read(bayer.channel([x, y])); 3],
                     (None, None) => [read(0), read(1), read(2)],
                     (None, Some(filters)) => filters.develop([read(0), read(1), read(2)]),
                 };
             }
         });
-        Picture { size: picture.size, pixels }
+        picture
     }
 
     /// Returns the picture value of a code; negative below the black level.

@@ -217,7 +217,7 @@ pub fn write_pair(
         }
     }
     if let (Some(sensor), Some(picture), Some(file)) = (&pair.sensor, degraded, &raw_file) {
-        let raw = sensor.read_out(&picture, pair.degraded.frame.low, pair.degraded.seed);
+        let raw = sensor.read_out(picture, pair.degraded.frame.low, pair.degraded.seed);
         let mut encoding = pair.degraded.encoding(DisplayExposure::default());
         // A half float has fewer codes than most sensors.
         (encoding.half, encoding.space, encoding.grey) = (false, None, sensor.bayer.is_some());

@@ -1,0 +1,116 @@
+//! Options of how a picture is written.
+
+use std::path::Path;
+
+use petzval_image::{
+    BitDepth, DisplayExposure, EncodingOptions, ImageError, ImageFormat, ToneCurve, WhiteBalance,
+};
+use petzval_render::job::Job;
+
+use super::values::{bit_depth, white_balance};
+use crate::cli::Failure;
+
+/// How a picture is written.
+#[derive(Clone, Debug, PartialEq, clap::Args)]
+pub(in crate::cli) struct EncodingArguments {
+    /// Write 16-bit floats (EXR)
+    #[arg(long, help_heading = "Picture")]
+    pub half: bool,
+    /// Bits of a channel of PNG, 8 or 16. TIFF has 16
+    #[arg(long, value_name = "BITS", value_parser = bit_depth, help_heading = "Picture")]
+    pub bit_depth: Option<BitDepth>,
+    /// Brightness of PNG, JPEG and TIFF in stops, such as -1.5 or 2EV, or auto (default)
+    ///
+    /// The summary of the render prints the stops that auto finds, and the files store them. 0 shows
+    /// a value of 1 as white. It is the default with --sensor, whose white is the full well, and
+    /// with --sweep, whose pictures are compared
+    #[arg(long, value_name = "EV|auto", allow_hyphen_values = true, help_heading = "Picture")]
+    pub exposure: Option<DisplayExposure>,
+    /// Tone curve of PNG, JPEG and TIFF
+    ///
+    /// linear, which clips light above white, or filmic, which keeps middle grey and rolls
+    /// highlights off over three more stops without a change of hue
+    #[arg(long, value_name = "linear|filmic", default_value = "linear", help_heading = "Picture")]
+    pub tone: ToneCurve,
+    /// Light that PNG, JPEG and TIFF show as white: a colour temperature such as 3200K, D65, A,
+    /// chromaticities x,y, auto or off (default)
+    ///
+    /// auto finds the mean colour of the picture; the summary of the render prints it, and the file
+    /// stores it. Temperatures from 4000 K on are daylight, those below black bodies
+    #[arg(
+        long,
+        value_name = "K|x,y|auto",
+        value_parser = white_balance,
+        default_value = "off",
+        hide_default_value = true,
+        help_heading = "Picture"
+    )]
+    pub white_balance: WhiteBalance,
+}
+
+impl EncodingArguments {
+    /// Checks the options and the format against the picture, and warns of what has no effect. `format` is
+    /// `None` for a part of a picture.
+    ///
+    /// # Errors
+    /// Returns an error for a white balance of a mosaic, a DNG without one, and a number of bits that the format
+    /// does not have.
+    pub fn check(
+        &self,
+        output: &Path,
+        format: Option<ImageFormat>,
+        job: &Job,
+    ) -> Result<(), Failure> {
+        if job.has_mosaic() && self.white_balance != WhiteBalance::Off {
+            return Err("--white-balance: a mosaic of --bayer has no colours yet; balance the \
+                        picture that is made of it"
+                .into());
+        }
+        let Some(format) = format else { return Ok(()) };
+        if format == ImageFormat::Dng && !job.has_mosaic() {
+            return Err(ImageError::NoMosaic { path: output.to_owned() }.into());
+        }
+        let name = output.display();
+        if self.bit_depth.is_some() && format.display_depth(self.bit_depth) != self.bit_depth {
+            let bits = bits_of(format, self.bit_depth);
+            let problem = format!("--bit-depth is for PNG, and {name} has {bits}");
+            return Err(problem.into());
+        }
+        if self.half && format != ImageFormat::Exr {
+            let bits = bits_of(format, self.bit_depth);
+            say!("petzval: warning: --half is for EXR; {name} has {bits}");
+        }
+        Ok(())
+    }
+
+    /// Returns the exposure of files for display. A sensor and the pictures of a sweep have a white of their
+    /// own.
+    fn exposure_of(&self, job: &Job, in_sweep: bool) -> DisplayExposure {
+        self.exposure.unwrap_or(match in_sweep || job.sensor.is_some() {
+            true => DisplayExposure::Stops(0.0),
+            false => DisplayExposure::Auto,
+        })
+    }
+
+    /// Returns the options of the file of a picture.
+    pub fn options(&self, job: &Job, in_sweep: bool) -> EncodingOptions {
+        let scene = job.encoding(self.exposure_of(job, in_sweep));
+        EncodingOptions {
+            half: scene.half || self.half,
+            bit_depth: self.bit_depth,
+            tone: self.tone,
+            white_balance: self.white_balance,
+            ..scene
+        }
+    }
+}
+
+/// Names the bits of a channel of files of a format that have no 16-bit floats.
+fn bits_of(format: ImageFormat, asked: Option<BitDepth>) -> &'static str {
+    match (format.display_depth(asked), format) {
+        (Some(BitDepth::Eight), _) => "8 bits",
+        (Some(BitDepth::Sixteen), _) => "16 bits",
+        (None, ImageFormat::Dng) => "the codes of the sensor",
+        (None, _) => "floats",
+    }
+}
