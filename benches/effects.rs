@@ -3,7 +3,7 @@
 use std::hint::black_box;
 use std::path::Path;
 
-use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 use petzval_base::lanes::f32x8;
 use petzval_base::rays::{LensBatch, WAVE_SIZE};
 use petzval_base::stats::Stats;
@@ -164,7 +164,8 @@ fn sensor(bench: &mut Criterion) {
         let size = SIZE.map(|n| n as usize);
         let picture = Picture { size, pixels: vec![[value; 3]; size[0] * size[1]] };
         group.bench_function(name, |bencher| {
-            bencher.iter(|| pool.install(|| sensor.read_out(picture.clone(), [0, 0], 0)));
+            let read = |picture| pool.install(|| sensor.read_out(picture, [0, 0], 0));
+            bencher.iter_batched(|| picture.clone(), read, BatchSize::LargeInput);
         });
     }
     group.finish();

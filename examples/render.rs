@@ -3,7 +3,7 @@
 //!     cargo run --release --example render -- SCENE PICTURE [SAMPLES]
 //!     cargo run --release --example render -- scenes/dgauss.pbrt dgauss.png 16
 //!
-//! The extension of PICTURE selects the format: .exr, .png or .jpg.
+//! The extension of PICTURE selects the format: .exr, .png, .jpg or .tif.
 
 use std::error::Error;
 use std::path::Path;
@@ -38,7 +38,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let output = OutputFile::new(picture, &job.files)?;
     let exposed = render(&job, RenderOptions::default())?;
     let window = job.frame.window();
-    // PNG and JPEG need an exposure; EXR keeps the linear light as it is.
+    // PNG, JPEG and TIFF need an exposure; EXR keeps the linear light as it is.
     let encoding =
         EncodingOptions { exposure: DisplayExposure::Auto, ..EncodingOptions::default() };
     exposed.into_picture(&job).write(&output, window, encoding, &notes)?;

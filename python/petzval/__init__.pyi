@@ -343,5 +343,8 @@ def read_image(path: Path) -> NDArray[np.float32]:
     """Read a picture: height x width x 3, or height x width of a file of one channel; linear sRGB."""
 
 def write_image(
-    path: Path, pixels: ArrayLike, exposure: Union[float, Literal["auto"]] = 0.0
+    path: Path,
+    pixels: ArrayLike,
+    exposure: Union[float, Literal["auto"]] = 0.0,
+    bit_depth: Optional[Literal[8, 16]] = None,
 ) -> None: ...

@@ -44,7 +44,7 @@ pub struct Image {
     inputs: FileLog,
 }
 
-/// Exposure of 8-bit formats: stops, or `"auto"`.
+/// Exposure of formats for display: stops, or `"auto"`.
 pub enum ExposureSetting {
     /// Stops.
     Stops(f64),
@@ -72,6 +72,15 @@ impl ExposureSetting {
             Self::Word(word) => word.clone(),
         };
         text.parse().map_err(|problem| value_error(format!("exposure={text:?}: {problem}")))
+    }
+}
+
+/// Returns the bits of a channel.
+pub fn bits_of(bits: u32) -> PyResult<BitDepth> {
+    match bits {
+        8 => Ok(BitDepth::Eight),
+        16 => Ok(BitDepth::Sixteen),
+        _ => Err(value_error(format!("bit_depth={bits}: expected 8 or 16"))),
     }
 }
 
@@ -207,12 +216,7 @@ impl Image {
         bit_depth: Option<u32>,
     ) -> PyResult<()> {
         let exposure = exposure.exposure()?;
-        let bit_depth = match bit_depth {
-            None => None,
-            Some(8) => Some(BitDepth::Eight),
-            Some(16) => Some(BitDepth::Sixteen),
-            Some(bits) => return Err(value_error(format!("bit_depth={bits}: expected 8 or 16"))),
-        };
+        let bit_depth = bit_depth.map(bits_of).transpose()?;
         let (picture, grey) = self.picture(py)?;
         let raw = self.raw;
         let encoding =

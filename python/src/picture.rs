@@ -11,7 +11,7 @@ use pyo3::prelude::*;
 
 use crate::array;
 use crate::error::{image_error, value_error};
-use crate::image::ExposureSetting;
+use crate::image::{ExposureSetting, bits_of};
 use crate::worker;
 
 /// Returns how far a picture is from a reference, both linear sRGB, height x width x 3, or height x width
@@ -58,19 +58,21 @@ pub fn read_image<'py>(py: Python<'py>, path: PathBuf) -> PyResult<Bound<'py, Py
     array::of_picture(py, &picture, grey)
 }
 
-/// Writes an array of linear sRGB, height x width x 3: .exr, .png or .jpg. One of height x width makes a
-/// file of one channel, `Y` in EXR.
+/// Writes an array of linear sRGB, height x width x 3: .exr, .png, .jpg or .tif. One of height x width makes a
+/// file of one channel, `Y` in EXR. `bit_depth` is that of PNG, 8 by default, or 16.
 #[pyfunction]
-#[pyo3(signature = (path, pixels, exposure = ExposureSetting::Stops(0.0)))]
+#[pyo3(signature = (path, pixels, exposure = ExposureSetting::Stops(0.0), bit_depth = None))]
 pub fn write_image(
     py: Python<'_>,
     path: PathBuf,
     pixels: &Bound<'_, PyAny>,
     exposure: ExposureSetting,
+    bit_depth: Option<u32>,
 ) -> PyResult<()> {
     let (picture, grey) = array::picture("pixels", pixels)?;
     let exposure = exposure.exposure()?;
-    let encoding = EncodingOptions { exposure, grey, ..EncodingOptions::default() };
+    let bit_depth = bit_depth.map(bits_of).transpose()?;
+    let encoding = EncodingOptions { exposure, bit_depth, grey, ..EncodingOptions::default() };
     let frame = picture.size.map(|side| side as u32);
     let window = PictureWindow { origin: [0, 0], frame };
     // The array is all that it is made of.

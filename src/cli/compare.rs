@@ -61,8 +61,8 @@ pub(super) fn run(arguments: &CompareArguments) -> Result<Outcome, Failure> {
             return Err(ImageError::Malformed { path: path.clone(), found }.into());
         }
     }
-    let is_8_bit = |path| ImageFormat::of(path).is_ok_and(|format| !format.is_linear());
-    let range = if is_8_bit(a) && is_8_bit(b) { DynamicRange::Low } else { DynamicRange::High };
+    let is_display = |path| ImageFormat::of(path).is_ok_and(|format| !format.is_linear());
+    let range = if is_display(a) && is_display(b) { DynamicRange::Low } else { DynamicRange::High };
     let metrics = if metric.is_empty() { &Metric::ALL[..] } else { metric };
     let mut values = Vec::new();
     let mut first_map = None;

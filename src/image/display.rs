@@ -21,7 +21,7 @@ use petzval_base::io::{HeldMemory, ReadContext};
 /// Reflectance of middle grey, the usual aim of a light meter.
 const MIDDLE_GREY: f32 = 0.18;
 
-/// Factor on a picture before 8-bit formats clip it.
+/// Factor on a picture before formats for display clip it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum DisplayExposure {
@@ -100,28 +100,28 @@ pub fn srgb_decode(signal: f32) -> f32 {
 pub(super) trait SignalCode: Copy + Default {
     const WHITE: f32;
 
-    /// Returns the nearest code of a number from 0 to [`Self::WHITE`].
-    fn nearest(x: f32) -> Self;
+    /// Returns the code of a whole number from 0 to [`Self::WHITE`].
+    fn from_whole(number: f32) -> Self;
 
-    /// Returns the code of a share of white.
+    /// Returns the nearest code of a share of white.
     fn of(share: f32) -> Self {
-        Self::nearest((share * Self::WHITE).round())
+        Self::from_whole((share * Self::WHITE).round())
     }
 }
 
 impl SignalCode for u8 {
     const WHITE: f32 = 255.0;
 
-    fn nearest(x: f32) -> Self {
-        x as Self
+    fn from_whole(number: f32) -> Self {
+        number as Self
     }
 }
 
 impl SignalCode for u16 {
     const WHITE: f32 = 65535.0;
 
-    fn nearest(x: f32) -> Self {
-        x as Self
+    fn from_whole(number: f32) -> Self {
+        number as Self
     }
 }
 
@@ -282,7 +282,11 @@ pub(super) fn decode(
         other => ImageError::Malformed { path: path.to_owned(), found: other.to_string() },
     };
     let open = || image::ImageReader::open(path).and_then(image::ImageReader::with_guessed_format);
-    let decoder = open().map_err(io)?.into_decoder().map_err(malformed)?;
+    let reader = open().map_err(io)?;
+    if reader.format() == Some(image::ImageFormat::Tiff) {
+        super::tiff::check_samples(path)?;
+    }
+    let decoder = reader.into_decoder().map_err(malformed)?;
     let (width, height) = decoder.dimensions();
     let bytes = u64::from(decoder.color_type().bytes_per_pixel());
     let converted = match decoder.color_type() {
@@ -330,6 +334,11 @@ pub(super) fn read(
     // Floats of the file's signals, and those of light.
     let floats = 24 * u64::from(image.width()) * u64::from(image.height());
     held.add(floats).map_err(|found| too_large(path, found))?;
+    // Floats of a TIFF are light.
+    let transfer = match image.color() {
+        ColorType::Rgb32F | ColorType::Rgba32F => Transfer::Linear,
+        _ => transfer,
+    };
     let pixels = image.into_rgb32f();
     let decode = |v: f32| match transfer {
         Transfer::Linear => v,

@@ -1,5 +1,5 @@
-//! Image files: EXR, PNG, JPEG and TIFF, read and written, DNG and NPY, which are written alone, and formats
-//! that are read alone.
+//! Image files: EXR, PNG, JPEG and TIFF, read and written, DNG and NPY, which are only written, and formats
+//! that are only read.
 //!
 //! Writing is atomic: a picture is written under a temporary name and renamed, so the final name
 //! holds either the complete new picture or the previous file.
@@ -11,6 +11,7 @@ mod channels;
 mod declared;
 mod display;
 mod exr;
+mod format;
 mod pfm;
 mod raster;
 mod raw;
@@ -28,9 +29,11 @@ pub use channels::ChannelImage;
 use display::DisplayMapping;
 pub use display::decode_image;
 pub use display::{DisplayExposure, srgb_decode, srgb_encode};
+pub use format::{BitDepth, EncodingOptions, ImageFormat};
+use format::{READABLE, extension};
 pub use pfm::write_pfm;
 pub use raster::{ImageSamples, Raster, Transfer};
-pub use raw::{ColourCalibration, RawFormat};
+pub use raw::{ColourCalibration, RawCamera, RawFormat};
 pub use spectral::{SPECTRAL_LAYER, channel_wavelength, spectral_layer};
 pub use tone::ToneCurve;
 pub use white_balance::WhiteBalance;
@@ -90,70 +93,6 @@ pub struct PictureWindow {
     pub frame: [u32; 2],
 }
 
-/// Bits of a channel of a file for display.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum BitDepth {
-    /// 256 codes.
-    Eight,
-    /// 65536 codes.
-    Sixteen,
-}
-
-/// Options of a format when a picture is written.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct EncodingOptions {
-    /// Whether EXR files have 16-bit floats instead of 32-bit.
-    pub half: bool,
-    /// Bits of a channel of PNG files, 8 by default. JPEG has 8 and TIFF 16 in any case.
-    pub bit_depth: Option<BitDepth>,
-    /// Exposure of formats for display.
-    pub exposure: DisplayExposure,
-    /// Light that formats for display show as white.
-    pub white_balance: WhiteBalance,
-    /// Tone curve of formats for display.
-    pub tone: ToneCurve,
-    /// Colour space of EXR files, which have its `chromaticities`; `None` is linear sRGB. Files
-    /// for display are always sRGB.
-    pub space: Option<Primaries>,
-    /// Whether the file has one channel, the first of the picture: that of a mosaic, whose channels are
-    /// equal. EXR files call it `Y`.
-    pub grey: bool,
-    /// The sensor of a grey picture, whose readings DNG files hold as codes.
-    pub raw: Option<RawFormat>,
-}
-
-impl EncodingOptions {
-    fn mapping(&self) -> DisplayMapping {
-        let Self { exposure, white_balance, tone, grey, .. } = *self;
-        DisplayMapping { exposure, white_balance, tone, grey }
-    }
-}
-
-/// File formats that can be written.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum ImageFormat {
-    /// OpenEXR.
-    Exr,
-    /// PNG.
-    Png,
-    /// JPEG.
-    Jpeg,
-    /// TIFF of 16 bits.
-    Tiff,
-    /// Digital Negative: the mosaic of a sensor. It cannot be read.
-    Dng,
-    /// Array of NumPy: height x width x buckets of the spectral layer, or else height x width x 3 of
-    /// linear sRGB, or height x width of a grey picture. It has no metadata and cannot be read.
-    Npy,
-}
-
-/// Extensions of the formats that can be read.
-const READABLE: &str =
-    ".exr, .png, .jpg, .jpeg, .tif, .tiff, .tga, .bmp, .gif, .qoi, .hdr and .pfm";
-/// Extensions of the formats that can be written.
-const WRITABLE: &str = ".exr, .png, .jpg, .jpeg, .tif, .tiff, .dng and .npy";
-
 /// Why a picture cannot be read or written.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -194,6 +133,14 @@ pub enum ImageError {
         /// The file.
         path: PathBuf,
     },
+    /// The format has another number of bits.
+    #[error("{}: 'bit_depth' is for PNG, and this file has {has}", path_excerpt(path))]
+    BitDepth {
+        /// The file.
+        path: PathBuf,
+        /// What the format has.
+        has: &'static str,
+    },
     /// The extension belongs to no known format.
     #[error(
         "{}: the extension {found:?} names no picture format; known are {known}",
@@ -218,59 +165,8 @@ fn qoi_transfer(path: &Path) -> Result<Transfer, ImageError> {
     Ok(if header[13] == 1 { Transfer::Linear } else { Transfer::Srgb })
 }
 
-fn extension(path: &Path) -> String {
-    path.extension().unwrap_or_default().to_string_lossy().to_lowercase()
-}
-
-impl ImageFormat {
-    /// Returns the format of a file name.
-    ///
-    /// # Errors
-    /// Returns an error if the extension is none of .exr, .png, .jpg, .jpeg, .tif, .tiff, .dng and .npy.
-    pub fn of(path: &Path) -> Result<Self, ImageError> {
-        let found = extension(path);
-        match found.as_str() {
-            "exr" => Ok(Self::Exr),
-            "png" => Ok(Self::Png),
-            "jpg" | "jpeg" => Ok(Self::Jpeg),
-            "tif" | "tiff" => Ok(Self::Tiff),
-            "dng" => Ok(Self::Dng),
-            "npy" => Ok(Self::Npy),
-            _ => Err(ImageError::Format { path: path.to_owned(), found, known: WRITABLE }),
-        }
-    }
-}
-
-impl ImageFormat {
-    /// Returns whether files of this format hold a layer of this name.
-    pub fn holds(self, layer: &str) -> bool {
-        match self {
-            Self::Exr => true,
-            Self::Png | Self::Tiff => layer == ALPHA_LAYER,
-            Self::Jpeg | Self::Dng => false,
-            Self::Npy => layer == SPECTRAL_LAYER,
-        }
-    }
-
-    /// Returns whether files of this format hold linear light, instead of the signals of a display.
-    pub fn is_linear(self) -> bool {
-        self.display_depth(None).is_none()
-    }
-
-    /// Returns the bits of a channel of files of this format for display, of those that are asked for; `None` for
-    /// formats of linear light.
-    pub fn display_depth(self, asked: Option<BitDepth>) -> Option<BitDepth> {
-        match self {
-            Self::Exr | Self::Npy | Self::Dng => None,
-            Self::Png => Some(asked.unwrap_or(BitDepth::Eight)),
-            Self::Jpeg => Some(BitDepth::Eight),
-            Self::Tiff => Some(BitDepth::Sixteen),
-        }
-    }
-}
-
 impl Picture {
-    /// Reads a picture. Pixels of 8-bit formats are decoded from sRGB. EXR files with
+    /// Reads a picture. Signals of formats for display are decoded from sRGB. EXR files with
     /// `chromaticities` are converted to sRGB, with the same X, Y and Z.
     ///
     /// # Errors
@@ -288,7 +184,7 @@ impl Picture {
         Self::read_file(path, Transfer::Srgb, &ReadContext::default())
     }
 
-    /// Reads a picture whose 8-bit pixels have this transfer curve.
+    /// Reads a picture whose signals of 8 or 16 bits have this transfer curve.
     ///
     /// # Errors
     /// Returns an error if the file cannot be read, is not a picture, or exceeds the memory budget.
@@ -390,10 +286,7 @@ impl Picture {
         if !layers.iter().all(|layer| format.holds(&layer.name)) {
             return Err(ImageError::NoLayers { path: path.to_owned() });
         }
-        let raw = encoding.raw.filter(|_| encoding.grey);
-        if format == ImageFormat::Dng && raw.is_none() {
-            return Err(ImageError::NoMosaic { path: path.to_owned() });
-        }
+        encoding.check(path)?;
         let io = |source| ImageError::Io { verb: "write", path: path.to_owned(), source };
         let alpha = layers.iter().find(|layer| layer.name == ALPHA_LAYER);
         let alpha = alpha.and_then(|layer| layer.channels.first());
@@ -414,7 +307,7 @@ impl Picture {
             ImageFormat::Tiff => {
                 tiff::write_tiff(self, alpha, encoding.mapping(), notes, BufWriter::new(file))
             }
-            ImageFormat::Dng => match &raw {
+            ImageFormat::Dng => match &encoding.mosaic() {
                 Some(raw) => tiff::write_dng(self, raw, window.origin, notes, BufWriter::new(file)),
                 None => Err(io::ErrorKind::InvalidInput.into()),
             },

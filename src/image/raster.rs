@@ -64,7 +64,7 @@ pub struct Raster {
 impl Raster {
     /// Reads a picture. `transfer` applies to PNG and TIFF files of 8 or 16 bits; other 8-bit formats hold
     /// sRGB, unless a QOI declares that it is linear, and formats of floats hold linear light. Alpha
-    /// is read from PNG, TIFF, QOI and EXR; as in pbrt-v4, a 16-bit PNG's alpha has the curve of its
+    /// is read from PNG, TIFF, QOI and EXR; as in pbrt-v4, alpha of 16 bits has the curve of its
     /// colours. EXR files with `chromaticities` are converted to sRGB, white to white.
     ///
     /// # Errors
@@ -342,9 +342,33 @@ mod tests {
     }
 
     #[test]
+    fn tiff_of_floats_is_light_and_whole_numbers_of_32_bits_are_refused() {
+        use tiff::encoder::{
+            TiffEncoder,
+            colortype::{RGB32, RGB32Float},
+        };
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.tif");
+        let mut encoder = TiffEncoder::new(std::fs::File::create(&path).unwrap()).unwrap();
+        encoder.write_image::<RGB32Float>(2, 1, &[0.5, 1.0, 7.0, 0.25, 0.0, 3.0]).unwrap();
+        let picture = Picture::read(&path).unwrap();
+        assert_eq!(picture.pixels, [[0.5, 1.0, 7.0], [0.25, 0.0, 3.0]]);
+        let raster = Raster::read(&path, Transfer::Srgb, &ReadContext::default()).unwrap();
+        assert_eq!(raster.into_picture(), picture);
+        let mut encoder = TiffEncoder::new(std::fs::File::create(&path).unwrap()).unwrap();
+        encoder.write_image::<RGB32>(1, 1, &[1, 2, 1 << 31]).unwrap();
+        for said in [
+            Picture::read(&path).unwrap_err().to_string(),
+            Raster::read(&path, Transfer::Srgb, &ReadContext::default()).unwrap_err().to_string(),
+        ] {
+            assert!(said.contains("32 bits or more; expected 8 or 16"), "{said}");
+        }
+    }
+
+    #[test]
     fn files_that_are_no_pictures_are_refused() {
         let folder = tempfile::tempdir().unwrap();
-        for name in ["a.png", "a.jpg", "a.exr", "a.hdr", "a.tga", "a.gif", "missing.png"] {
+        for name in ["a.png", "a.jpg", "a.exr", "a.hdr", "a.tga", "a.gif", "a.tif", "missing.png"] {
             let path = folder.path().join(name);
             if name != "missing.png" {
                 std::fs::write(&path, b"\x89PNG\r\n\x1a\nnothing of the kind").unwrap();

@@ -9,11 +9,22 @@ pub struct ColourCalibration {
     pub to_xyz_d50: [[f64; 3]; 3],
 }
 
+/// Camera of a raw file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RawCamera {
+    /// None: the channels are linear sRGB.
+    LinearSrgb,
+    /// A camera of this name.
+    Known(&'static str),
+    /// A camera without a name, which its colours tell from others.
+    Own,
+}
+
 /// The sensor of a grey picture, whose pixels are its readings relative to white.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RawFormat {
-    /// Name of the camera.
-    pub camera: Option<&'static str>,
+    /// The camera.
+    pub camera: RawCamera,
     /// Channels behind the filters of two by two pixels of the frame, in reading order: 0 red, 1 green,
     /// 2 blue.
     pub filters: [u8; 4],
@@ -41,6 +52,20 @@ impl RawFormat {
         (black + f64::from(value) * (white - black)).round().clamp(0.0, white) as u16
     }
 
+    /// Returns the name of the camera, which raw converters take for that of its colours.
+    pub(super) fn camera_name(&self) -> String {
+        match self.camera {
+            RawCamera::LinearSrgb => "linear sRGB".to_owned(),
+            RawCamera::Known(name) => name.to_owned(),
+            RawCamera::Own => {
+                let mut sum = flate2::Crc::new();
+                let elements = self.daylight.from_xyz.as_flattened().iter();
+                elements.for_each(|element| sum.update(&element.to_le_bytes()));
+                format!("own camera {:08x}", sum.sum())
+            }
+        }
+    }
+
     /// Returns the filters of a picture whose first pixel is at this place of the frame.
     pub(super) fn filters_from(&self, [x, y]: [u32; 2]) -> [u8; 4] {
         [[0, 0], [1, 0], [0, 1], [1, 1]].map(|[dx, dy]| {
@@ -55,7 +80,7 @@ mod tests {
     use super::*;
 
     const RGGB: RawFormat = RawFormat {
-        camera: None,
+        camera: RawCamera::LinearSrgb,
         filters: [0, 1, 1, 2],
         black: 512,
         white: 16383,

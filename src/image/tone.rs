@@ -1,4 +1,4 @@
-//! Tone curves: from linear light to the light of a screen, for 8-bit files.
+//! Tone curves: from linear light to the light of a screen, for files for display.
 
 use std::str::FromStr;
 

@@ -1,11 +1,11 @@
-//! White balance of 8-bit files: the light that looks white.
+//! White balance of files for display: the light that looks white.
 
 use glam::{DMat3, DVec3};
 
 use super::Picture;
 use petzval_spectrum::{Primaries, adapt};
 
-/// The light that 8-bit files show as white, by adaptation of its cone responses to those of the
+/// The light that files for display show as white, by adaptation of its cone responses to those of the
 /// screen's white (Lam 1985, "Bradford"). It keeps the luminance of that light.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]

@@ -85,8 +85,8 @@ impl Job {
         known.cloned().unwrap_or_else(traced)
     }
 
-    /// Returns the options of the picture's file that the scene asks for, with an exposure of 8-bit
-    /// formats.
+    /// Returns the options of the picture's file that the scene asks for, with an exposure of
+    /// formats for display.
     pub fn encoding(&self, exposure: DisplayExposure) -> EncodingOptions {
         let space = self.colour_space;
         let space = (space != ColourSpace::Srgb).then(|| space.primaries());

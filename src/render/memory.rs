@@ -45,9 +45,9 @@ pub struct Estimate {
 
 /// Size of a pixel of a picture (bytes).
 const PICTURE_BYTES: u64 = 12;
-/// Size of a pixel while a PNG, JPEG, TIFF or DNG is written: its encoded values, of 16 bits in a TIFF and at
-/// most in a PNG, and its share of the file (bytes).
-const ENCODED_BYTES: u64 = 14;
+/// Size of a pixel while a file for display is written: its encoded values, and its share of the file, with 8
+/// bits in a channel and with 16 (bytes).
+const ENCODED_BYTES: [u64; 2] = [7, 16];
 /// Allocator overhead: a constant (bytes), and the reciprocal of its share of all memory.
 const SLACK: u64 = 8 << 20;
 const SLACK_SHARE: u64 = 16;
@@ -119,7 +119,10 @@ impl Estimate {
                     BLOCK_LINES * BLOCK_COPIES * line * (machine::cores() as u64 + 2)
                 }
                 ImageFormat::Npy => 0,
-                _ => ENCODED_BYTES * pixels,
+                ImageFormat::Dng => 2 * pixels,
+                ImageFormat::Jpeg => ENCODED_BYTES[0] * pixels,
+                // A PNG may have either.
+                _ => ENCODED_BYTES[1] * pixels,
             };
             phases.push(vec![picture, layers, ("writing", writer)]);
         }

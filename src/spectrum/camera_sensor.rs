@@ -109,7 +109,7 @@ impl CameraSensor {
         }
     }
 
-    /// Returns the name of the camera, if it is not one of one's own.
+    /// Returns the name of the camera; `None` for a table of the user.
     pub fn name(&self) -> Option<&'static str> {
         match &self.0 {
             Table::Known(number) => Some(CAMERAS[*number].0),

@@ -405,9 +405,9 @@ fn errors_end_with_exit_code_2_and_advice() {
     refuses(&render(&["-o", "x.dng"]), "x.dng: DNG holds the mosaic of a sensor; add --bayer");
     refuses(&render(&["-o", "x.dng", "--sensor"]), "add --bayer, or name a picture.exr or .tif");
     for (name, bits, problem) in [
-        ("x.jpg", "16", "--bit-depth is for PNG, and x.jpg has 8 bits"),
-        ("x.tif", "8", "--bit-depth is for PNG, and x.tif has 16 bits"),
-        ("x.exr", "16", "--bit-depth is for PNG, and x.exr has floats"),
+        ("x.jpg", "16", "x.jpg: --bit-depth is for PNG, and this file has 8 bits"),
+        ("x.tif", "8", "x.tif: --bit-depth is for PNG, and this file has 16 bits"),
+        ("x.exr", "16", "--bit-depth is for PNG, and this file has floats"),
         ("x.png", "12", "expected 8 or 16"),
     ] {
         refuses(&render(&["-o", name, "--bit-depth", bits]), problem);

@@ -79,6 +79,7 @@ pub fn image(folder: &Path, bytes: &[u8]) {
         [b'v', ..] => "picture.exr",
         [b'#', ..] => "picture.hdr",
         [b'P', ..] => "picture.pfm",
+        [b'I', b'I', ..] | [b'M', b'M', ..] => "picture.tif",
         _ => "picture.tga",
     };
     let path = write(folder, name, bytes);

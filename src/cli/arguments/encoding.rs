@@ -3,12 +3,15 @@
 use std::path::Path;
 
 use petzval_image::{
-    BitDepth, DisplayExposure, EncodingOptions, ImageError, ImageFormat, ToneCurve, WhiteBalance,
+    BitDepth, DisplayExposure, EncodingOptions, ImageFormat, ToneCurve, WhiteBalance,
 };
 use petzval_render::job::Job;
 
 use super::values::{bit_depth, white_balance};
 use crate::cli::Failure;
+
+/// Least width and height of raw files in libraw (pixels).
+const LEAST_RAW: u32 = 22;
 
 /// How a picture is written.
 #[derive(Clone, Debug, PartialEq, clap::Args)]
@@ -67,18 +70,17 @@ impl EncodingArguments {
                 .into());
         }
         let Some(format) = format else { return Ok(()) };
-        if format == ImageFormat::Dng && !job.has_mosaic() {
-            return Err(ImageError::NoMosaic { path: output.to_owned() }.into());
-        }
+        self.options(job, false).check(output)?;
         let name = output.display();
-        if self.bit_depth.is_some() && format.display_depth(self.bit_depth) != self.bit_depth {
-            let bits = bits_of(format, self.bit_depth);
-            let problem = format!("--bit-depth is for PNG, and {name} has {bits}");
-            return Err(problem.into());
-        }
         if self.half && format != ImageFormat::Exr {
-            let bits = bits_of(format, self.bit_depth);
+            let bits = format.bits(self.bit_depth);
             say!("petzval: warning: --half is for EXR; {name} has {bits}");
+        }
+        if format == ImageFormat::Dng && job.frame.size().into_iter().any(|n| n < LEAST_RAW) {
+            say!(
+                "petzval: warning: {name} is smaller than {LEAST_RAW} x {LEAST_RAW} pixels; libraw, which many \
+                 programs use, does not open it"
+            );
         }
         Ok(())
     }
@@ -102,15 +104,5 @@ impl EncodingArguments {
             white_balance: self.white_balance,
             ..scene
         }
-    }
-}
-
-/// Names the bits of a channel of files of a format that have no 16-bit floats.
-fn bits_of(format: ImageFormat, asked: Option<BitDepth>) -> &'static str {
-    match (format.display_depth(asked), format) {
-        (Some(BitDepth::Eight), _) => "8 bits",
-        (Some(BitDepth::Sixteen), _) => "16 bits",
-        (None, ImageFormat::Dng) => "the codes of the sensor",
-        (None, _) => "floats",
     }
 }

@@ -121,7 +121,7 @@ pub(super) struct RenderArguments {
     pub sweep: Vec<SweepAxis>,
     /// Contact sheet of a sweep
     ///
-    /// .png, .jpg; the table of its pictures goes beside it, as .csv; by default sweep.png beside
+    /// .png, .jpg, .tif; the table of its pictures goes beside it, as .csv; by default sweep.png beside
     /// the pictures
     #[arg(long, value_name = "FILE", requires = "sweep", help_heading = "Large jobs")]
     pub contact: Option<PathBuf>,

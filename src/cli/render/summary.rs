@@ -26,7 +26,7 @@ pub(super) struct RenderSummary<'a> {
     /// Time of the command, and of its parts.
     pub time: &'a str,
     pub encoding: EncodingOptions,
-    /// Exposure in stops that an automatic choice found, for 8-bit files.
+    /// Exposure in stops that an automatic choice found, for files for display.
     pub found_stops: Option<f64>,
     /// Chromaticities of the white that an automatic choice found.
     pub found_white: Option<[f64; 2]>,
@@ -74,7 +74,7 @@ impl RenderSummary<'_> {
         let name = self.output.display();
         let format = ImageFormat::of(self.output).ok();
         if let (Some(ImageFormat::Dng), Some(sensor)) = (format, &self.job.sensor) {
-            return format!("{name}, raw mosaic of {} bits", sensor.bits);
+            return format!("{name}, raw mosaic, {}-bit codes", sensor.bits);
         }
         let depth = format.and_then(|format| format.display_depth(self.encoding.bit_depth));
         let Some(depth) = depth else {

@@ -145,14 +145,16 @@ impl Sweep<'_> {
             None => self.plan.folder().join("sweep.png"),
         };
         if ImageFormat::of(&sheet)?.is_linear() {
-            return Err(format!("--contact {}: expected .png or .jpg", sheet.display()).into());
+            return Err(
+                format!("--contact {}: expected .png, .jpg or .tif", sheet.display()).into()
+            );
         }
         let table = claim(outputs, sheet.with_extension("csv"), "--contact")?;
         let sheet = claim_writable(outputs, &sheet, "--contact")?;
         let scene = self.arguments.picture.scene.file_name().unwrap_or_default();
         let axes: Vec<&str> = self.plan.axes.iter().map(|axis| axis.name.as_str()).collect();
         let title = format!("{} by {}", scene.to_string_lossy(), axes.join(" and "));
-        // 8-bit pictures have their exposure already; only EXR pictures get one on the sheet.
+        // Pictures for display have their exposure already; only EXR pictures get one on the sheet.
         let exposure = match ImageFormat::of(&self.names[0])? {
             ImageFormat::Exr if !axes.contains(&"exposure") => {
                 self.arguments.encoding.exposure.unwrap_or_default()

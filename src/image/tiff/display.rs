@@ -51,8 +51,8 @@ fn write_codes<C: ColorType<Inner = u16>, W: Write + Seek>(
 mod tests {
     use super::*;
     use crate::{
-        ALPHA_LAYER, BitDepth, EncodingOptions, ImageLayer, ImageSamples, PictureWindow, Raster,
-        Transfer,
+        ALPHA_LAYER, BitDepth, EncodingOptions, ImageLayer, ImageSamples, Note, PictureWindow,
+        Raster, Transfer,
     };
     use petzval_base::io::{FileLog, OutputFile, ReadContext};
 
@@ -73,15 +73,20 @@ mod tests {
         for (grey, layers) in [(false, vec![]), (true, vec![]), (false, vec![layer])] {
             let bit_depth = Some(BitDepth::Sixteen);
             let encoding = EncodingOptions { grey, bit_depth, ..EncodingOptions::default() };
-            let [png, tiff] = ["a.png", "a.tiff"].map(|name| {
+            let [png, found] = ["a.png", "a.tiff"].map(|name| {
                 let path = folder.path().join(name);
                 let file = OutputFile::new(path.clone(), &FileLog::default()).unwrap();
-                picture.write_with_layers(&layers, &file, window, encoding, &Vec::new()).unwrap();
+                let notes = vec![("lensModel", Note::Text("Elmar \u{b5}\0".to_owned()))];
+                picture.write_with_layers(&layers, &file, window, encoding, &notes).unwrap();
                 Raster::read(&path, Transfer::Linear, &ReadContext::default()).unwrap()
             });
-            assert_eq!(png, tiff);
-            assert_eq!(tiff.channels, if grey { 1 } else { 3 + layers.len() });
-            let ImageSamples::Floats(floats) = tiff.samples else { panic!("8 bits") };
+            assert_eq!(png, found);
+            let file = std::fs::File::open(folder.path().join("a.tiff")).unwrap();
+            let mut decoder = tiff::decoder::Decoder::new(file).unwrap();
+            let text = decoder.get_tag_ascii_string(Tag::ImageDescription).unwrap();
+            assert_eq!(text, "lensModel: Elmar ??\n");
+            assert_eq!(found.channels, if grey { 1 } else { 3 + layers.len() });
+            let ImageSamples::Floats(floats) = found.samples else { panic!("8 bits") };
             let codes: Vec<u16> = encoded(
                 &picture,
                 layers.first().map(|layer| &layer.channels[0].1[..]),

@@ -2,7 +2,7 @@
 //! 1.7.1.0, 2023).
 //!
 //! The one directory of the file holds the codes, uncompressed and without a preview, as DNG 1.4 describes
-//! them; converters of twenty years read that.
+//! them; converters since 2004 read that.
 
 use std::borrow::Cow;
 use std::io::{self, Seek, Write};
@@ -11,7 +11,7 @@ use tiff::TiffResult;
 use tiff::encoder::{Rational, SRational, TiffEncoder, TiffValue};
 use tiff::tags::{Tag, Type};
 
-use super::{Directory, io_error, number, rational, text_of};
+use super::{Directory, ascii, io_error, number, rational, text_of};
 use crate::display::dimensions;
 use crate::raw::RawFormat;
 use crate::{Note, Notes, Picture};
@@ -24,7 +24,7 @@ const D65: u16 = 21;
 /// `SensitivityType` of Exif: the speed is an ISO speed.
 const ISO_SPEED: u16 = 3;
 
-/// Tags of DNG and of TIFF/EP that the crate does not name.
+/// Tags of DNG, TIFF/EP and Exif that the crate does not name.
 mod tags {
     use tiff::tags::Tag;
 
@@ -38,6 +38,7 @@ mod tags {
     pub const COLOR_MATRIX: [Tag; 2] = [Tag::Unknown(50721), Tag::Unknown(50722)];
     pub const FORWARD_MATRIX: [Tag; 2] = [Tag::Unknown(50964), Tag::Unknown(50965)];
     pub const AS_SHOT_NEUTRAL: Tag = Tag::Unknown(50728);
+    pub const BASELINE_EXPOSURE: Tag = Tag::Unknown(50730);
     pub const CALIBRATION_ILLUMINANT: [Tag; 2] = [Tag::Unknown(50778), Tag::Unknown(50779)];
     pub const NOISE_PROFILE: Tag = Tag::Unknown(51041);
     pub const EXPOSURE_TIME: Tag = Tag::Unknown(33434);
@@ -85,8 +86,8 @@ fn write(
     to.write_tag(Tag::PhotometricInterpretation, COLOR_FILTER_ARRAY)?;
     to.write_tag(Tag::ImageDescription, &*text_of(notes))?;
     to.write_tag(Tag::Make, "petzval")?;
-    let camera = raw.camera.unwrap_or("linear sRGB");
-    to.write_tag(Tag::Model, camera)?;
+    let camera = raw.camera_name();
+    to.write_tag(Tag::Model, &*camera)?;
     to.write_tag(Tag::StripOffsets, offset)?;
     to.write_tag(Tag::Orientation, 1u16)?;
     to.write_tag(Tag::SamplesPerPixel, 1u16)?;
@@ -103,8 +104,10 @@ fn write(
     to.write_tag(tags::BLACK_LEVEL, raw.black)?;
     to.write_tag(tags::WHITE_LEVEL, raw.saturation)?;
     write_colours(&mut to, raw)?;
-    // One pair for all channels: they have the same gain.
+    // Converters stretch up to the saturation, which is less than the white of the picture at low speeds.
     let span = f64::from(raw.white - raw.black) / f64::from(raw.saturation - raw.black);
+    to.write_tag(tags::BASELINE_EXPOSURE, signed_rational(-span.log2()))?;
+    // One pair for all channels: they have the same gain.
     let [signal, dark] = raw.noise;
     to.write_tag(tags::NOISE_PROFILE, &[signal * span, dark * span * span][..])?;
     to.finish()
@@ -125,11 +128,14 @@ fn write_colours<W: Write + Seek>(to: &mut Directory<'_, W>, raw: &RawFormat) ->
 
 /// Returns the elements of a matrix, which are near 1, in millionths.
 fn signed_rationals(matrix: &[[f64; 3]; 3]) -> Vec<SRational> {
-    let fraction = |&x: &f64| SRational { n: (x * 1e6).round() as i32, d: 1_000_000 };
-    matrix.iter().flatten().map(fraction).collect()
+    matrix.iter().flatten().map(|&element| signed_rational(element)).collect()
 }
 
-/// Writes what Exif 2.32 knows of an exposure.
+fn signed_rational(x: f64) -> SRational {
+    SRational { n: (x * 1e6).round() as i32, d: 1_000_000 }
+}
+
+/// Writes the exposure as tags of Exif 2.32. What is not known is left out.
 fn write_exif<W: Write + Seek>(to: &mut Directory<'_, W>, notes: &Notes) -> TiffResult<()> {
     to.write_tag(tags::EXIF_VERSION, Undefined(b"0232"))?;
     for (tag, name) in [
@@ -137,7 +143,9 @@ fn write_exif<W: Write + Seek>(to: &mut Directory<'_, W>, notes: &Notes) -> Tiff
         (tags::F_NUMBER, "aperture"),
         (tags::FOCAL_LENGTH, "effectiveFocalLength"),
     ] {
-        if let Some(number) = number(notes, name) {
+        if let Some(number) =
+            number(notes, name).filter(|number| number.is_normal() && *number > 0.0)
+        {
             to.write_tag(tag, rational(number))?;
         }
     }
@@ -148,8 +156,7 @@ fn write_exif<W: Write + Seek>(to: &mut Directory<'_, W>, notes: &Notes) -> Tiff
         to.write_tag(tags::ISO_SPEED, iso.round() as u32)?;
     }
     if let Some((_, Note::Text(lens))) = notes.iter().find(|(name, _)| *name == "lensModel") {
-        let ascii: String = lens.chars().map(|c| if c.is_ascii() { c } else { '?' }).collect();
-        to.write_tag(tags::LENS_MODEL, &*ascii)?;
+        to.write_tag(tags::LENS_MODEL, &*ascii(lens))?;
     }
     Ok(())
 }
@@ -167,5 +174,101 @@ impl TiffValue for Undefined<'_> {
 
     fn data(&self) -> Cow<'_, [u8]> {
         Cow::Borrowed(self.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Cursor;
+
+    use tiff::decoder::Decoder;
+    use tiff::decoder::ifd::Value;
+
+    use super::*;
+    use crate::raw::{ColourCalibration, RawCamera};
+
+    const OBSERVER: ColourCalibration =
+        ColourCalibration { from_xyz: [[1.5, -0.25, 0.0]; 3], to_xyz_d50: [[0.5; 3]; 3] };
+
+    fn numbers_of(value: Value) -> Vec<f64> {
+        match value {
+            Value::List(values) => values.into_iter().flat_map(numbers_of).collect(),
+            Value::Rational(n, d) => vec![f64::from(n) / f64::from(d)],
+            Value::SRational(n, d) => vec![f64::from(n) / f64::from(d)],
+            Value::Double(number) => vec![number],
+            Value::Byte(number) => vec![f64::from(number)],
+            Value::Short(number) => vec![f64::from(number)],
+            Value::Unsigned(number) => vec![f64::from(number)],
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn codes_and_tags_are_those_of_the_sensor() {
+        let raw = RawFormat {
+            camera: RawCamera::Own,
+            filters: [0, 1, 1, 2],
+            black: 100,
+            white: 1123,
+            saturation: 612,
+            daylight: OBSERVER,
+            tungsten: Some(OBSERVER),
+            neutral: [0.5, 1.0, 0.75],
+            noise: [0.01, 0.0001],
+        };
+        let codes: Vec<u16> = (0..600).map(|i| (i * 37) % 1124).collect();
+        let value = |code: &u16| [(f32::from(*code) - 100.0) / 1023.0; 3];
+        let picture = Picture { size: [30, 20], pixels: codes.iter().map(value).collect() };
+        let notes = vec![
+            ("lensModel", Note::Text("Elmar \u{b5}".to_owned())),
+            ("expTime", Note::Number(1.0 / 32_000.0)),
+            ("aperture", Note::Number(f64::INFINITY)),
+            ("isoSpeed", Note::Number(102_400.0)),
+        ];
+        let mut file = Cursor::new(Vec::new());
+        write_dng(&picture, &raw, [7, 2], &notes, &mut file).unwrap();
+        let mut bytes = file.into_inner();
+        // The decoder knows no mosaics: their entry becomes that of a grey picture.
+        let entry = |interpretation: u16| {
+            let short = [262u16, 3].map(u16::to_ne_bytes).concat();
+            [short, 1u32.to_ne_bytes().to_vec(), interpretation.to_ne_bytes().to_vec()].concat()
+        };
+        let mosaic = entry(COLOR_FILTER_ARRAY);
+        let at = bytes.windows(10).position(|found| found == mosaic).expect("a mosaic");
+        bytes[at..at + 10].copy_from_slice(&entry(1));
+        let mut decoder = Decoder::new(Cursor::new(&bytes)).unwrap();
+        let mut numbers = |tag: Tag| decoder.find_tag(tag).unwrap().map(numbers_of);
+        let offset = numbers(Tag::StripOffsets).unwrap()[0] as usize;
+        let stored = bytes[offset..][..1200].as_chunks::<2>().0.iter();
+        assert!(stored.map(|code| u16::from_ne_bytes(*code)).eq(codes));
+        for (tag, expected) in [
+            (tags::CFA_PATTERN, vec![1.0, 0.0, 2.0, 1.0]),
+            (tags::BLACK_LEVEL, vec![100.0]),
+            (tags::WHITE_LEVEL, vec![612.0]),
+            (tags::BASELINE_EXPOSURE, vec![-0.998_59]),
+            (tags::AS_SHOT_NEUTRAL, vec![0.5, 1.0, 0.75]),
+            (tags::COLOR_MATRIX[1], OBSERVER.from_xyz.as_flattened().to_vec()),
+            (tags::CALIBRATION_ILLUMINANT[0], vec![17.0]),
+            (tags::CALIBRATION_ILLUMINANT[1], vec![21.0]),
+            (
+                tags::NOISE_PROFILE,
+                vec![0.01 * 1023.0 / 512.0, 0.0001 * (1023.0_f64 / 512.0).powi(2)],
+            ),
+        ] {
+            let found = numbers(tag).unwrap_or_else(|| panic!("no {tag:?}"));
+            assert_eq!(found.len(), expected.len(), "{tag:?}");
+            let off = found.iter().zip(&expected).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            assert!(off < 1e-5, "{tag:?}: {found:?}, not {expected:?}");
+        }
+        let exif = numbers(Tag::ExifDirectory).unwrap()[0] as u64;
+        let exif = decoder.read_directory(tiff::tags::IfdPointer(exif)).unwrap();
+        let mut exif = decoder.read_directory_tags(&exif);
+        let mut find = |tag: Tag| exif.find_tag(tag).unwrap();
+        let time = find(tags::EXPOSURE_TIME).map(numbers_of).unwrap();
+        assert!((time[0] * 32_000.0 - 1.0).abs() < 1e-6);
+        assert_eq!(find(tags::F_NUMBER), None, "it is not finite");
+        assert_eq!(find(tags::ISO_SPEED_RATINGS).unwrap().into_u32().unwrap(), 65535);
+        assert_eq!(find(tags::ISO_SPEED).unwrap().into_u32().unwrap(), 102_400);
+        assert_eq!(find(tags::LENS_MODEL).unwrap().into_string().unwrap(), "Elmar ?");
     }
 }

@@ -3,12 +3,16 @@
 mod display;
 mod dng;
 
-use std::io;
+use std::fs::File;
+use std::io::{self, BufReader};
+use std::path::Path;
 
 use tiff::TiffError;
+use tiff::decoder::Decoder;
 use tiff::encoder::{DirectoryEncoder, Rational, TiffKindStandard};
+use tiff::tags::{SampleFormat, Tag};
 
-use super::{Note, Notes};
+use super::{ImageError, Note, Notes};
 
 pub(super) use display::write_tiff;
 pub(super) use dng::write_dng;
@@ -22,10 +26,38 @@ fn io_error(error: TiffError) -> io::Error {
     }
 }
 
-/// Returns the nearest fraction of a number from 0 to 4e9, of millionths where they fit.
+/// Checks that the samples of a file are of a type that the image crate tells apart: it takes those of 32 bits
+/// for floats.
+///
+/// # Errors
+/// Returns an error for whole numbers of 32 or 64 bits, or if the file cannot be read.
+pub(super) fn check_samples(path: &Path) -> Result<(), ImageError> {
+    let malformed = |found: String| ImageError::Malformed { path: path.to_owned(), found };
+    let file = File::open(path).map_err(|source| ImageError::Io {
+        verb: "read",
+        path: path.to_owned(),
+        source,
+    })?;
+    let decoder = Decoder::new(BufReader::new(file));
+    let mut decoder = decoder.map_err(|error| malformed(error.to_string()))?;
+    let mut numbers = |tag: Tag, default: u16| match decoder.find_tag(tag) {
+        Ok(Some(value)) => value.into_u16_vec().ok().and_then(|all| all.first().copied()),
+        _ => Some(default),
+    };
+    let [bits, format] = [numbers(Tag::BitsPerSample, 1), numbers(Tag::SampleFormat, 1)];
+    let is_float = format == Some(SampleFormat::IEEEFP.to_u16());
+    match (bits, is_float) {
+        (Some(32 | 64), false) => Err(malformed(
+            "it has whole numbers of 32 bits or more; expected 8 or 16 bits, or floats".to_owned(),
+        )),
+        _ => Ok(()),
+    }
+}
+
+/// Returns a fraction near a number from 0 to 4e9.
 fn rational(x: f64) -> Rational {
     let x = if x.is_finite() { x.clamp(0.0, f64::from(u32::MAX)) } else { 0.0 };
-    let mut d = 1_000_000;
+    let mut d = 1_000_000_000;
     while x * f64::from(d) > f64::from(u32::MAX) {
         d /= 10;
     }
@@ -35,7 +67,12 @@ fn rational(x: f64) -> Rational {
 /// Returns the notes as text: a line each, in the ASCII that TIFF has.
 fn text_of(notes: &Notes) -> String {
     let lines = notes.iter().map(|(name, note)| format!("{name}: {note}\n"));
-    lines.collect::<String>().chars().map(|c| if c.is_ascii() { c } else { '?' }).collect()
+    ascii(&lines.collect::<String>())
+}
+
+/// Returns the text in ASCII, with question marks for what it cannot hold.
+fn ascii(text: &str) -> String {
+    text.chars().map(|c| if c.is_ascii() && c != '\0' { c } else { '?' }).collect()
 }
 
 fn number(notes: &Notes, name: &str) -> Option<f64> {
@@ -51,11 +88,12 @@ mod tests {
 
     #[test]
     fn fractions_are_near_their_numbers() {
-        for x in [0.0, 1e-6, 1.0 / 125.0, 2.8, 50.008, 4294.0, 4295.0, 1e6, 4e9] {
+        for x in [1e-6, 1.0 / 32_000.0, 1.0 / 125.0, 2.8, 50.008, 4294.0, 4295.0, 1e6, 4e9] {
             let Rational { n, d } = rational(x);
-            let off = f64::from(n) / f64::from(d) - x;
-            assert!(off.abs() <= 5e-7_f64.max(2e-10 * x), "{x}: {n}/{d}");
+            let off = f64::from(n) / f64::from(d) / x - 1.0;
+            assert!(off.abs() < 1e-7, "{x}: {n}/{d}");
         }
+        assert_eq!(ascii("50 mm f/2, \u{fc}\0\n"), "50 mm f/2, ??\n");
         for odd in [f64::NAN, f64::INFINITY, -1.0] {
             assert_eq!(rational(odd).n, 0);
         }

@@ -81,7 +81,7 @@ fn max_anisotropy(params: &Params) -> Result<f32, SceneError> {
     Ok(value as f32)
 }
 
-/// Reads the transfer function of a PNG.
+/// Reads the transfer function of a PNG or TIFF.
 fn transfer_function(params: &Params) -> Result<Transfer, SceneError> {
     let gamma = |name: &str, gamma: f64| match gamma > 0.0 && gamma.is_finite() {
         true if gamma == 1.0 => Ok(Transfer::Linear),

@@ -291,9 +291,14 @@ impl SceneReader {
     }
 
     fn normal_map(&mut self, params: &Params) -> Result<Option<ImageMap>, SceneError> {
-        // Only a PNG can be linear: pbrt-v4 decodes other 8-bit images from sRGB even here.
+        // Only PNG and TIFF can be linear: pbrt-v4, which reads no TIFF, decodes other 8-bit images from sRGB even
+        // here.
+        let is_linear = |name: &str| {
+            let name = name.to_lowercase();
+            [".png", ".tif", ".tiff"].iter().any(|end| name.ends_with(end))
+        };
         let transfer = match params.text("normalmap")? {
-            Some(name) if !name.to_lowercase().ends_with(".png") => Transfer::Srgb,
+            Some(name) if !is_linear(name) => Transfer::Srgb,
             Some(_) | None => Transfer::Linear,
         };
         let picture = self.library.whole_image(params, "normalmap", transfer)?;
