@@ -236,7 +236,7 @@ fn impossible_sweeps_are_refused_before_anything_is_rendered() {
         ("--sweep fstop=8,4 -o {fstop}.exr --contact no/a.png", "cannot write no/a.png"),
         (
             "--sweep fstop=8,4 -o {fstop}.exr --contact a.exr",
-            "--contact a.exr: expected .png or .jpg",
+            "--contact a.exr: expected .png, .jpg or .tif",
         ),
         (
             "--sweep fstop=8,4 -o {fstop}.png --contact 8.png",
