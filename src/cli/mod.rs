@@ -27,6 +27,7 @@ mod compare;
 mod dataset;
 mod denoise;
 mod lens;
+mod measure;
 mod memory;
 mod merge;
 mod message;
@@ -50,6 +51,7 @@ use bench::BenchArguments;
 use compare::CompareArguments;
 use dataset::DatasetArguments;
 use lens::LensArguments;
+use measure::MeasureArguments;
 use merge::MergeArguments;
 use plan::PlanArguments;
 use render::RenderArguments;
@@ -95,6 +97,8 @@ enum Command {
     Dataset(DatasetArguments),
     /// Measure how far a picture is from a reference
     Compare(CompareArguments),
+    /// Measure the sharpness of a picture: the spatial frequency response of slanted edges (ISO 12233)
+    Measure(MeasureArguments),
     /// Measure the speed of this machine, in about 10 s
     Bench(BenchArguments),
 }
@@ -139,6 +143,7 @@ pub fn run() -> ExitCode {
         Command::Accuracy(arguments) => accuracy::run(&arguments),
         Command::Dataset(arguments) => dataset::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
+        Command::Measure(arguments) => measure::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
     };
     match outcome {

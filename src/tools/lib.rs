@@ -2,11 +2,12 @@
 //!
 //! [`accuracy`] renders a scene with a ladder of camera models and measures error and time of each.
 //! [`metric`] compares two pictures. [`dataset`] renders pairs of pictures for training. [`mod@bench`]
-//! measures the rates of the stages.
+//! measures the rates of the stages. [`chart_analysis`] measures photographed test charts.
 
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 pub mod accuracy;
 pub mod bench;
+pub mod chart_analysis;
 pub mod dataset;
 pub mod metric;

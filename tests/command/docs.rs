@@ -10,7 +10,7 @@ use std::process::Command;
 use crate::support::{folder, in_parallel, petzval, root, write};
 
 /// Commands of the manual that the test does not run, with the reason.
-const NOT_RUN: [(&str, &str); 26] = [
+const NOT_RUN: [(&str, &str); 29] = [
     ("petzval view scenes/atelier.pbrt", "waits for Ctrl-C; tests/view runs it"),
     (
         "petzval lens mine.toml --catalogue SCHOTT_OLD.AGF --catalogue catalogues/",
@@ -24,6 +24,18 @@ const NOT_RUN: [(&str, &str); 26] = [
         "petzval render scenes/atelier.pbrt -o atelier.png --spp 16 \
          --denoise=/opt/oidn/bin/oidnDenoise",
         "needs Open Image Denoise",
+    ),
+    (
+        "petzval measure photo.png --edge 400,300,500,400",
+        "needs a chart; tests/command/measure.rs has one",
+    ),
+    (
+        "petzval measure photo.png --edge 400,300,500,400 --edge 20,40,120,140 --pixel 4.5 --csv sfr.csv",
+        "needs a chart; tests/command/measure.rs has one",
+    ),
+    (
+        "petzval measure photo.png --edge 400,300,500,400 --channel green --json",
+        "needs a chart; tests/command/measure.rs has one",
     ),
     ("cargo test --release", "runs this test"),
     ("RUSTFLAGS=\"-C target-cpu=x86-64\" cargo build --release", "compiles; .ci/run does it"),
@@ -358,6 +370,7 @@ fn the_manual_describes_every_option_and_no_other() {
         "plan",
         "accuracy",
         "compare",
+        "measure",
         "dataset",
         "bench",
     ] {

@@ -11,6 +11,7 @@ mod dataset;
 mod denoise;
 mod docs;
 mod hostile;
+mod measure;
 mod option_names;
 mod overwrite;
 mod safe_files;

@@ -347,7 +347,7 @@ fn the_opacity_is_premultiplied_in_exr_and_straight_in_png() {
     reader.next_frame(&mut codes).expect("pixels");
     assert_eq!(codes, [188, 188, 188, 255, 188, 188, 188, 128, 0, 0, 0, 0]);
     let refused = write("a.jpg").expect_err("no opacity in JPEG");
-    assert!(refused.contains("PNG the layer alpha"), "{refused}");
+    assert!(refused.contains("PNG and TIFF the layer alpha"), "{refused}");
 }
 
 #[test]

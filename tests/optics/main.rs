@@ -5,6 +5,7 @@ mod support;
 
 mod calibrate;
 mod draw;
+mod edge_response;
 mod exposure;
 mod fidelity;
 mod limits;

@@ -47,6 +47,13 @@ pub(in crate::cli) fn point(text: &str) -> Result<[f64; 2], String> {
     point.ok_or_else(|| "expected two lengths X,Y in mm, such as 0,10 or 0mm,10mm".to_owned())
 }
 
+/// Parses a pixel pitch (um).
+pub(in crate::cli) fn pixel_pitch(text: &str) -> Result<f64, String> {
+    let pitch = number_with_unit(text, &[("um", 1.0), ("mm", 1e3)], 1.0);
+    let known = pitch.filter(|pitch| (0.01..=1e5).contains(pitch));
+    known.ok_or_else(|| "expected a pitch from 0.01 to 100000 um".to_owned())
+}
+
 /// Parses the bits of a channel.
 pub(in crate::cli) fn bit_depth(text: &str) -> Result<BitDepth, String> {
     match text {

@@ -1,0 +1,180 @@
+//! `petzval measure`: spatial frequency response of slanted edges in a picture.
+
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::path::PathBuf;
+
+use clap::ValueEnum;
+use petzval_base::io::{Outputs, ReadContext, path_excerpt};
+use petzval_image::{Picture, Transfer};
+use petzval_render::prepare::settings;
+use petzval_tools::chart_analysis::{EdgeAxis, EdgeResponse};
+use serde_json::{Value, json};
+
+use super::arguments::values::{pixel_pitch, typed};
+use super::outputs::claim_writable;
+use super::{Failure, Outcome};
+
+/// Frequencies of the table and of the CSV file (cycles/pixel): up to Nyquist, and up to one cycle a pixel.
+const TABLE_STEP: f64 = 0.05;
+const TABLE_ROWS: u32 = 10;
+const CSV_STEP: f64 = 0.01;
+const CSV_ROWS: u32 = 100;
+
+/// Arguments of `petzval measure`.
+#[derive(Debug, clap::Args)]
+pub(super) struct MeasureArguments {
+    /// Picture: .exr, .hdr, .pfm, .png, .jpg, .tif
+    picture: PathBuf,
+    /// Region around one slanted edge, in pixels of the file; X1 and Y1 are not included. Give it again for
+    /// another edge
+    #[arg(long, value_name = "X0,Y0,X1,Y1", required = true, value_parser = typed(settings::crop))]
+    edge: Vec<[[u32; 2]; 2]>,
+    /// Channel to measure: luminance, red, green or blue
+    #[arg(long, value_enum, default_value_t)]
+    channel: Channel,
+    /// Pixel pitch (um), for frequencies in cycles/mm
+    #[arg(long, value_name = "UM", value_parser = pixel_pitch)]
+    pixel: Option<f64>,
+    /// Write the responses up to one cycle a pixel as a table
+    #[arg(long, value_name = "FILE")]
+    csv: Option<PathBuf>,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+/// A channel of a picture.
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+enum Channel {
+    #[default]
+    Luminance,
+    Red,
+    Green,
+    Blue,
+}
+
+impl Channel {
+    /// Returns the value of a pixel in linear sRGB.
+    fn of(self, [r, g, b]: [f32; 3]) -> f64 {
+        let [r, g, b] = [r, g, b].map(f64::from);
+        match self {
+            Self::Luminance => 0.2126 * r + 0.7152 * g + 0.0722 * b,
+            Self::Red => r,
+            Self::Green => g,
+            Self::Blue => b,
+        }
+    }
+}
+
+pub(super) fn run(arguments: &MeasureArguments) -> Result<Outcome, Failure> {
+    let MeasureArguments { picture: path, edge: regions, channel, csv, json, .. } = arguments;
+    let context = ReadContext::default();
+    let picture = Picture::read_with(path, Transfer::Srgb, &context)?;
+    let csv =
+        csv.as_ref().map(|csv| claim_writable(&Outputs::beside(&context.files()), csv, "--csv"));
+    let csv = csv.transpose()?;
+    let mut edges = Vec::new();
+    for &[low, high] in regions {
+        let region = [low, high].map(|at| at.map(|n| n as usize));
+        let [width, height] = picture.size;
+        let inside = (0..2).all(|i| low[i] < high[i] && region[1][i] <= picture.size[i]);
+        let name = format!("--edge {},{},{},{}", low[0], low[1], high[0], high[1]);
+        let file = path_excerpt(path);
+        if !inside {
+            let problem = format!(
+                "{name}: the picture {file} has {width} x {height} pixels; expected X0,Y0,X1,Y1 within it"
+            );
+            return Err(problem.into());
+        }
+        let edge = EdgeResponse::measure(&picture, region, |pixel| channel.of(pixel));
+        edges.push(edge.map_err(|error| format!("{name} of {file}: {error}"))?);
+    }
+    if let Some(csv) = csv {
+        let text = table(&edges, ",", CSV_STEP, CSV_ROWS);
+        csv.write(|file| file.write_all(text.as_bytes()))
+            .map_err(|error| format!("cannot write {}: {error}", csv.display()))?;
+    }
+    super::print(&match json {
+        true => format!("{:#}\n", json_of(arguments, &edges)),
+        false => text_of(arguments, &edges),
+    })
+}
+
+/// Returns the responses: a row for each frequency, a column for each edge.
+fn table(edges: &[EdgeResponse], separator: &str, step: f64, rows: u32) -> String {
+    let is_csv = separator == ",";
+    let cell = |text: String| if is_csv { text } else { format!("{text:>10}") };
+    let row = |first: String, cells: Vec<String>| {
+        let cells = cells.into_iter().map(cell).map(|cell| format!("{separator}{cell}"));
+        format!("{first}{}\n", cells.collect::<String>())
+    };
+    let first = if is_csv { "cycles/pixel".to_owned() } else { format!("{:<14}", "cycles/pixel") };
+    let mut text = row(first, (1..=edges.len()).map(|i| format!("edge {i}")).collect());
+    for i in 0..=rows {
+        let frequency = step * f64::from(i);
+        let first = if is_csv { format!("{frequency:.2}") } else { format!("{frequency:<14.2}") };
+        text +=
+            &row(first, edges.iter().map(|edge| format!("{:.4}", edge.at(frequency))).collect());
+    }
+    text
+}
+
+fn text_of(arguments: &MeasureArguments, edges: &[EdgeResponse]) -> String {
+    let mut text = String::new();
+    for (i, (edge, [low, high])) in edges.iter().zip(&arguments.edge).enumerate() {
+        let along = match edge.axis {
+            EdgeAxis::X => "x",
+            EdgeAxis::Y => "y",
+        };
+        let frequency = |level: f64| match (edge.frequency_of(level), arguments.pixel) {
+            (None, _) => "none below 2 cycles/pixel".to_owned(),
+            (Some(f), None) => format!("{f:.3} cycles/pixel"),
+            (Some(f), Some(pitch)) => {
+                format!("{f:.3} cycles/pixel ({:.1} cycles/mm)", f / (pitch * 1e-3))
+            }
+        };
+        let [dark, bright] = edge.levels;
+        let _ = writeln!(
+            text,
+            "edge {} ({},{} to {},{}): frequencies along {along}, slant {:.2} degrees, levels {dark:.4} and \
+             {bright:.4}, contrast {:.3}\n  MTF50 {}, MTF10 {}\n  rise from 10 to 90 % in {:.2} pixels",
+            i + 1,
+            low[0],
+            low[1],
+            high[0],
+            high[1],
+            edge.angle.abs(),
+            edge.contrast(),
+            frequency(0.5),
+            frequency(0.1),
+            edge.rise(),
+        );
+    }
+    text + "\n" + &table(edges, "", TABLE_STEP, TABLE_ROWS)
+}
+
+fn json_of(arguments: &MeasureArguments, edges: &[EdgeResponse]) -> Value {
+    let one = |(edge, region): (&EdgeResponse, &[[u32; 2]; 2])| {
+        let frequencies: Vec<f64> =
+            (0..=CSV_ROWS).map(|i| f64::from(i) / f64::from(CSV_ROWS)).collect();
+        let responses: Vec<f64> = frequencies.iter().map(|&f| edge.at(f)).collect();
+        json!({
+            "region": region.as_flattened(),
+            "axis": match edge.axis { EdgeAxis::X => "x", EdgeAxis::Y => "y" },
+            "slant_degrees": edge.angle,
+            "levels": edge.levels,
+            "contrast": edge.contrast(),
+            "mtf50": edge.frequency_of(0.5),
+            "mtf10": edge.frequency_of(0.1),
+            "rise_pixels": edge.rise(),
+            "cycles_per_pixel": frequencies,
+            "response": responses,
+        })
+    };
+    json!({
+        "picture": arguments.picture.display().to_string(),
+        "pixel_um": arguments.pixel,
+        "edges": edges.iter().zip(&arguments.edge).map(one).collect::<Vec<Value>>(),
+    })
+}

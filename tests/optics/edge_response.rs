@@ -1,0 +1,148 @@
+//! Slanted edges in pictures through real lenses, against the lens's modulation transfer.
+
+use petzval_lens::{LensModel, RealLens};
+use petzval_optics::{
+    ConditionChoices, FieldRays, FrequencyAxis, ImageQuality, ImagingConditions, ImagingGrid,
+    ObjectPoint, TransferMethod,
+};
+use petzval_render::Backend;
+use petzval_render::job::Job;
+use petzval_render::prepare::{Changes, prepare};
+use petzval_scene_formats::pbrt;
+use petzval_tools::chart_analysis::{EdgeAxis, EdgeResponse};
+
+use crate::support::{folder, picture, root, write};
+
+/// Distance from the film to the chart (m).
+const DISTANCE: f64 = 2.0;
+/// Width and height of the film (mm) and of the picture: pixels of 8 um.
+const FILM: [f64; 2] = [36.0, 24.0];
+const RESOLUTION: [u32; 2] = [4500, 3000];
+const PITCH: f64 = 0.008;
+/// Side of a region (pixels).
+const SIDE: u32 = 96;
+const DEGREES: f64 = 4.0;
+
+/// Prepares the picture of a region: a black card before a bright sky, whose edge passes a point of the chart (m).
+fn job(lens: (&str, f64), axis: EdgeAxis, at: [f64; 2], crop: [[u32; 2]; 2]) -> Job {
+    let (lens, f_number) = lens;
+    let (sin, cos) = DEGREES.to_radians().sin_cos();
+    // Along the edge, and from it over the card.
+    let [along, across] = match axis {
+        EdgeAxis::X => [[sin, cos], [-cos, sin]],
+        EdgeAxis::Y => [[cos, sin], [-sin, cos]],
+    };
+    let reach = 0.2;
+    let corner = |u: f64, v: f64| [0, 1].map(|i| at[i] + reach * (u * along[i] + v * across[i]));
+    let points: Vec<String> =
+        [corner(-1.0, 0.0), corner(1.0, 0.0), corner(1.0, 1.0), corner(-1.0, 1.0)]
+            .iter()
+            .map(|[x, y]| format!("{x:.12} {y:.12} {DISTANCE}"))
+            .collect();
+    let folder = folder();
+    let text = format!(
+        r#"Film "rgb" "integer xresolution" {} "integer yresolution" {} "float diagonal" {:.12}
+           PixelFilter "box" "float xradius" 0.5 "float yradius" 0.5
+           Sampler "zsobol" "integer pixelsamples" 2048
+           Integrator "path" "integer maxdepth" 1
+           Camera "realistic" "string lensfile" "{}/lenses/{lens}" "float focusdistance" {DISTANCE}
+           WorldBegin
+           LightSource "infinite" "rgb L" [1 1 1]
+           Material "diffuse" "rgb reflectance" [0 0 0]
+           Shape "trianglemesh" "point3 P" [{}] "integer indices" [0 1 2 0 2 3]"#,
+        RESOLUTION[0],
+        RESOLUTION[1],
+        FILM[0].hypot(FILM[1]),
+        root().display(),
+        points.join(" ")
+    );
+    let description = pbrt::read(&write(&folder, "edge.pbrt", text)).expect("a scene");
+    let effects = "none".parse().expect("a selection");
+    let changes =
+        Changes { crop: Some(crop), f_number: Some(f_number), effects, ..Changes::default() };
+    prepare(description, &changes).expect("a job").job
+}
+
+fn real_lens(job: &Job) -> &RealLens {
+    match &job.camera.model {
+        LensModel::Real(lens) => lens,
+        _ => panic!("a real lens"),
+    }
+}
+
+/// The loop of lens, light and picture: contrast within a hundredth up to Nyquist.
+#[test]
+fn edges_in_pictures_have_the_modulation_of_lens_and_pixels() {
+    for lens in [("dgauss.50mm.dat", 4.0), ("telephoto.250mm.dat", 8.0)] {
+        let name = lens.0;
+        let middle = RESOLUTION.map(|n| n / 2);
+        let whole = [[0, 0], RESOLUTION];
+        let first = job(lens, EdgeAxis::X, [0.0; 2], whole);
+        let lens_of_job = real_lens(&first);
+        let choices = ConditionChoices {
+            film_distance: Some(lens_of_job.film_distance),
+            image_height: Some(15.0),
+            ..ConditionChoices::default()
+        };
+        let mut conditions =
+            ImagingConditions::new(&lens_of_job.prescription, choices).expect("a film");
+        conditions.object_distance =
+            (DISTANCE - lens_of_job.front_depth) / lens_of_job.units_per_mm;
+        let grid = ImagingGrid { fields: 2, pupil: 128, threads: 2 };
+        let quality =
+            ImageQuality::new(&lens_of_job.prescription, conditions, grid).expect("glasses");
+        for height in [0.0, 8.4, 11.4] {
+            let field = quality.trace_field(height, 128).expect("light");
+            // The region shows other fields too.
+            let step = f64::from(SIDE) * PITCH / 5.0;
+            let fields: Vec<FieldRays> = (-2..=2)
+                .map(|i| quality.trace_field(height + step * f64::from(i), 128).expect("light"))
+                .collect();
+            let Some(ObjectPoint::Near(object)) = field.chief(0).map(|chief| chief.object) else {
+                panic!("an object on a plane")
+            };
+            // The picture shows the upper half of the chart in its upper half.
+            let at = [object[0].abs(), object[1].abs()].map(|mm| mm * lens_of_job.units_per_mm);
+            let y = f64::from(middle[1]) - field.reference.point[1].abs() / PITCH;
+            let low = [middle[0] - SIDE / 2, y.round() as u32 - SIDE / 2];
+            let crop = [low, low.map(|n| n + SIDE)];
+            for (axis, along) in [(EdgeAxis::X, FrequencyAxis::X), (EdgeAxis::Y, FrequencyAxis::Y)]
+            {
+                // The light falls off to the corners, as on a flat field without the card.
+                let flat = picture(&job(lens, axis, [9.0; 2], crop), Backend::Simd, 2);
+                let mut seen = picture(&job(lens, axis, at, crop), Backend::Simd, 2);
+                for (seen, flat) in seen.pixels.iter_mut().zip(&flat.pixels) {
+                    *seen = [0, 1, 2].map(|c| seen[c] / flat[c]);
+                }
+                let region = [[0, 0], [SIDE as usize; 2]];
+                let edge = EdgeResponse::measure(&seen, region, |pixel| f64::from(pixel[1]));
+                let edge = edge.unwrap_or_else(|error| panic!("{name} {height} {axis:?}: {error}"));
+                assert_eq!(edge.axis, axis);
+                assert!((edge.angle.abs() - DEGREES).abs() < 0.5, "{}", edge.angle);
+                let (sin, cos) = edge.angle.to_radians().sin_cos();
+                let mut worst: f64 = 0.0;
+                for i in 1..=20 {
+                    let f = 0.025 * f64::from(i);
+                    let pixel = sinc(f * cos) * sinc(f * sin);
+                    let near = fields.iter().map(|field| {
+                        field
+                            .modulation(f / PITCH, along, TransferMethod::Geometric, 0.0)
+                            .expect("light")
+                    });
+                    let modulation = near.sum::<f64>() / fields.len() as f64;
+                    let off = edge.at(f) - modulation * pixel;
+                    worst = worst.max(off.abs());
+                    println!("{f:.3} {:.4} {:.4} {off:+.4}", edge.at(f), modulation * pixel);
+                }
+                println!("{name} at {height} mm, {axis:?}: {worst:.4}");
+                assert!(worst < 0.01, "{name} at {height} mm, {axis:?}: {worst}");
+            }
+        }
+    }
+}
+
+/// Returns sin(pi x) / (pi x).
+fn sinc(x: f64) -> f64 {
+    let x = std::f64::consts::PI * x;
+    if x == 0.0 { 1.0 } else { x.sin() / x }
+}
