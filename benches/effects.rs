@@ -4,10 +4,11 @@ use std::hint::black_box;
 use std::path::Path;
 
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
+use petzval_base::io::OutputFile;
 use petzval_base::lanes::f32x8;
 use petzval_base::rays::{LensBatch, WAVE_SIZE};
 use petzval_base::stats::Stats;
-use petzval_image::Picture;
+use petzval_image::{DisplayExposure, Picture};
 use petzval_lens::{
     Coating, CoatingLayer, FilmPlane, LayerStack, LensModel, Pose, PupilSampling, RealLens, Side,
     Surface, TiltDecenter, sequence, trace, trace_lossy,
@@ -168,6 +169,33 @@ fn sensor(bench: &mut Criterion) {
             bencher.iter_batched(|| picture.clone(), read, BatchSize::LargeInput);
         });
     }
+    group.finish();
+}
+
+/// Measures a raw file of 12 megapixels from a finished picture, on all threads: sensor, codes and file.
+fn raw_file(criterion: &mut Criterion) {
+    let size = [4000, 3000];
+    let changes = Changes {
+        sensor: Some("iso=100,pixel=3,bayer".parse().expect("settings")),
+        resolution: Some(size),
+        ..Changes::default()
+    };
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/dgauss.pbrt");
+    let job = prepare(pbrt::read(&scene).expect("a scene"), &changes).expect("a job").job;
+    let encoding = job.encoding(DisplayExposure::default());
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = OutputFile::new(folder.path().join("a.dng"), &job.files).expect("a new file");
+    let pixels = size.map(|n| n as usize);
+    let picture = Picture { size: pixels, pixels: vec![[0.18; 3]; pixels[0] * pixels[1]] };
+    let mut group = criterion.benchmark_group("effect/raw");
+    group.sample_size(10);
+    group.bench_function("12 megapixels", |bencher| {
+        let write = |picture| {
+            let raw = petzval_render::read_out(picture, &job);
+            raw.write(&file, job.frame.window(), encoding, &Vec::new()).expect("a file");
+        };
+        bencher.iter_batched(|| picture.clone(), write, BatchSize::PerIteration);
+    });
     group.finish();
 }
 
@@ -464,6 +492,6 @@ fn spectra(criterion: &mut Criterion) {
 criterion_group! {
     name = benches;
     config = Criterion::default().sample_size(20);
-    targets = diffraction, dispersion, everything_off, fresnel, ghosts, media, motion, sensor, spectra, tilt_shift
+    targets = diffraction, dispersion, everything_off, fresnel, ghosts, media, motion, raw_file, sensor, spectra, tilt_shift
 }
 criterion_main!(benches);

@@ -28,4 +28,5 @@ pub mod least_squares;
 pub mod plane_newton;
 pub mod rays;
 pub mod sampler;
+pub mod sinc;
 pub mod stats;

@@ -91,7 +91,8 @@ pub(super) fn run(arguments: &MeasureArguments) -> Result<Outcome, Failure> {
         edges.push(edge.map_err(|error| format!("{name} of {file}: {error}"))?);
     }
     if let Some(csv) = csv {
-        let text = table(&edges, ",", CSV_STEP, CSV_ROWS);
+        let text: String =
+            rows(&edges, CSV_STEP, CSV_ROWS).iter().map(|row| row.join(",") + "\n").collect();
         csv.write(|file| file.write_all(text.as_bytes()))
             .map_err(|error| format!("cannot write {}: {error}", csv.display()))?;
     }
@@ -102,22 +103,15 @@ pub(super) fn run(arguments: &MeasureArguments) -> Result<Outcome, Failure> {
 }
 
 /// Returns the responses: a row for each frequency, a column for each edge.
-fn table(edges: &[EdgeResponse], separator: &str, step: f64, rows: u32) -> String {
-    let is_csv = separator == ",";
-    let cell = |text: String| if is_csv { text } else { format!("{text:>10}") };
-    let row = |first: String, cells: Vec<String>| {
-        let cells = cells.into_iter().map(cell).map(|cell| format!("{separator}{cell}"));
-        format!("{first}{}\n", cells.collect::<String>())
-    };
-    let first = if is_csv { "cycles/pixel".to_owned() } else { format!("{:<14}", "cycles/pixel") };
-    let mut text = row(first, (1..=edges.len()).map(|i| format!("edge {i}")).collect());
-    for i in 0..=rows {
+fn rows(edges: &[EdgeResponse], step: f64, count: u32) -> Vec<Vec<String>> {
+    let names = (1..=edges.len()).map(|i| format!("edge {i}"));
+    let mut rows = vec![["cycles/pixel".to_owned()].into_iter().chain(names).collect()];
+    rows.extend((0..=count).map(|i| {
         let frequency = step * f64::from(i);
-        let first = if is_csv { format!("{frequency:.2}") } else { format!("{frequency:<14.2}") };
-        text +=
-            &row(first, edges.iter().map(|edge| format!("{:.4}", edge.at(frequency))).collect());
-    }
-    text
+        let responses = edges.iter().map(|edge| format!("{:.4}", edge.at(frequency)));
+        [format!("{frequency:.2}")].into_iter().chain(responses).collect()
+    }));
+    rows
 }
 
 fn text_of(arguments: &MeasureArguments, edges: &[EdgeResponse]) -> String {
@@ -151,7 +145,12 @@ fn text_of(arguments: &MeasureArguments, edges: &[EdgeResponse]) -> String {
             edge.rise(),
         );
     }
-    text + "\n" + &table(edges, "", TABLE_STEP, TABLE_ROWS)
+    text.push('\n');
+    for row in rows(edges, TABLE_STEP, TABLE_ROWS) {
+        let cells: String = row[1..].iter().map(|cell| format!("{cell:>10}")).collect();
+        let _ = writeln!(text, "{:<14}{cells}", row[0]);
+    }
+    text
 }
 
 fn json_of(arguments: &MeasureArguments, edges: &[EdgeResponse]) -> Value {

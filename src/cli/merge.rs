@@ -30,7 +30,7 @@ pub(super) struct MergeArguments {
     /// Parts, in any order: together all samples, each once
     #[arg(required = true, value_name = "PART")]
     parts: Vec<PathBuf>,
-    /// Picture to write: .exr, .png, .jpg, .tif, .dng, or an array, .npy
+    /// Picture to write: .exr, .png, .jpg, .tif, .dng (the mosaic of --bayer) or .npy (an array)
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     #[command(flatten)]

@@ -9,9 +9,10 @@ use super::{
 };
 
 /// Bits of a channel of a file for display.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum BitDepth {
     /// 256 codes.
+    #[default]
     Eight,
     /// 65536 codes.
     Sixteen,
@@ -41,31 +42,48 @@ pub struct EncodingOptions {
 }
 
 impl EncodingOptions {
-    /// Returns the sensor of a picture that is its mosaic.
-    pub(super) fn mosaic(&self) -> Option<RawFormat> {
-        self.raw.filter(|_| self.grey)
-    }
-
     /// Checks that a file can be written with these options.
     ///
     /// # Errors
     /// Returns an error if the extension is unknown, a DNG has no mosaic, or the format has another number of
     /// bits than asked for.
     pub fn check(&self, path: &Path) -> Result<(), ImageError> {
+        self.writer(path).map(drop)
+    }
+
+    /// Returns the writer of a file.
+    pub(super) fn writer(&self, path: &Path) -> Result<Writer, ImageError> {
         let (format, path) = (ImageFormat::of(path)?, path.to_owned());
-        if format == ImageFormat::Dng && self.mosaic().is_none() {
-            return Err(ImageError::NoMosaic { path });
+        if self.bit_depth.is_some() && format.display_depth(self.bit_depth) != self.bit_depth {
+            return Err(ImageError::BitDepth { path, bits: format.bits(None) });
         }
-        match self.bit_depth.is_some() && format.display_depth(self.bit_depth) != self.bit_depth {
-            true => Err(ImageError::BitDepth { path, has: format.bits(None) }),
-            false => Ok(()),
-        }
+        Ok(match format {
+            ImageFormat::Exr => Writer::Exr,
+            ImageFormat::Png => Writer::Png(self.bit_depth.unwrap_or_default()),
+            ImageFormat::Jpeg => Writer::Jpeg,
+            ImageFormat::Tiff => Writer::Tiff,
+            ImageFormat::Dng => {
+                let mosaic = self.raw.filter(|_| self.grey);
+                Writer::Dng(Box::new(mosaic.ok_or(ImageError::NoMosaic { path })?))
+            }
+            ImageFormat::Npy => Writer::Npy,
+        })
     }
 
     pub(super) fn mapping(&self) -> DisplayMapping {
         let Self { exposure, white_balance, tone, grey, .. } = *self;
         DisplayMapping { exposure, white_balance, tone, grey }
     }
+}
+
+/// A format with what it needs besides the picture.
+pub(super) enum Writer {
+    Exr,
+    Png(BitDepth),
+    Jpeg,
+    Tiff,
+    Dng(Box<RawFormat>),
+    Npy,
 }
 
 /// File formats that can be written.
@@ -145,7 +163,7 @@ impl ImageFormat {
     pub fn display_depth(self, asked: Option<BitDepth>) -> Option<BitDepth> {
         match self {
             Self::Exr | Self::Npy | Self::Dng => None,
-            Self::Png => Some(asked.unwrap_or(BitDepth::Eight)),
+            Self::Png => Some(asked.unwrap_or_default()),
             Self::Jpeg => Some(BitDepth::Eight),
             Self::Tiff => Some(BitDepth::Sixteen),
         }

@@ -30,7 +30,7 @@ use display::DisplayMapping;
 pub use display::decode_image;
 pub use display::{DisplayExposure, srgb_decode, srgb_encode};
 pub use format::{BitDepth, EncodingOptions, ImageFormat};
-use format::{READABLE, extension};
+use format::{READABLE, Writer, extension};
 pub use pfm::write_pfm;
 pub use raster::{ImageSamples, Raster, Transfer};
 pub use raw::{ColourCalibration, RawCamera, RawFormat};
@@ -84,6 +84,19 @@ impl fmt::Display for Note {
 /// Metadata of a picture, by name, in the order of writing.
 pub type Notes = Vec<(&'static str, Note)>;
 
+/// Returns the value of an entry.
+pub fn find_note<'a>(notes: &'a Notes, name: &str) -> Option<&'a Note> {
+    notes.iter().find(|(other, _)| *other == name).map(|(_, note)| note)
+}
+
+/// Returns the value of an entry, if it is a number.
+pub fn find_number(notes: &Notes, name: &str) -> Option<f64> {
+    match find_note(notes, name) {
+        Some(Note::Number(number)) => Some(*number),
+        _ => None,
+    }
+}
+
 /// Position of a picture in the frame that it is a part of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PictureWindow {
@@ -134,12 +147,12 @@ pub enum ImageError {
         path: PathBuf,
     },
     /// The format has another number of bits.
-    #[error("{}: 'bit_depth' is for PNG, and this file has {has}", path_excerpt(path))]
+    #[error("{}: 'bit_depth' is for PNG, and this file has {bits}", path_excerpt(path))]
     BitDepth {
         /// The file.
         path: PathBuf,
-        /// What the format has.
-        has: &'static str,
+        /// Bits of a channel of the format.
+        bits: &'static str,
     },
     /// The extension belongs to no known format.
     #[error(
@@ -267,7 +280,7 @@ impl Picture {
     }
 
     /// Writes the picture with layers. With [`ALPHA_LAYER`], its colours are premultiplied: an EXR
-    /// keeps them, and a PNG gets straight colours. Light without opacity, such as a flare before an
+    /// keeps them, and a PNG or TIFF gets straight colours. Light without opacity, such as a flare before an
     /// empty background, is in the EXR alone.
     ///
     /// # Errors
@@ -286,36 +299,32 @@ impl Picture {
         if !layers.iter().all(|layer| format.holds(&layer.name)) {
             return Err(ImageError::NoLayers { path: path.to_owned() });
         }
-        encoding.check(path)?;
+        let writer = encoding.writer(path)?;
         let io = |source| ImageError::Io { verb: "write", path: path.to_owned(), source };
         let alpha = layers.iter().find(|layer| layer.name == ALPHA_LAYER);
         let alpha = alpha.and_then(|layer| layer.channels.first());
         let alpha = alpha.map(|(_, values)| &values[..]);
-        to.write(|file| match format {
-            ImageFormat::Exr => exr::write(self, layers, window, encoding, notes, file),
-            ImageFormat::Png => {
-                let depth = encoding.bit_depth.unwrap_or(BitDepth::Eight);
-                display::write_png(
-                    self,
-                    alpha,
-                    encoding.mapping(),
-                    depth,
-                    notes,
-                    BufWriter::new(file),
-                )
-            }
-            ImageFormat::Tiff => {
+        to.write(|file| match writer {
+            Writer::Exr => exr::write(self, layers, window, encoding, notes, file),
+            Writer::Png(depth) => display::write_png(
+                self,
+                alpha,
+                encoding.mapping(),
+                depth,
+                notes,
+                BufWriter::new(file),
+            ),
+            Writer::Tiff => {
                 tiff::write_tiff(self, alpha, encoding.mapping(), notes, BufWriter::new(file))
             }
-            ImageFormat::Dng => match &encoding.mosaic() {
-                Some(raw) => tiff::write_dng(self, raw, window.origin, notes, BufWriter::new(file)),
-                None => Err(io::ErrorKind::InvalidInput.into()),
-            },
-            ImageFormat::Npy => {
+            Writer::Dng(raw) => {
+                tiff::write_dng(self, &raw, window.origin, notes, BufWriter::new(file))
+            }
+            Writer::Npy => {
                 let spectrum = layers.iter().find(|layer| layer.name == SPECTRAL_LAYER);
                 array::write(self, spectrum, encoding.grey, BufWriter::new(file))
             }
-            ImageFormat::Jpeg => {
+            Writer::Jpeg => {
                 let mapping = encoding.mapping();
                 display::write_jpeg(self, mapping, JPEG_QUALITY, notes, BufWriter::new(file))
             }

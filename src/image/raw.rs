@@ -106,9 +106,11 @@ mod tests {
 
     #[test]
     fn a_crop_keeps_the_filters_of_its_pixels() {
-        assert_eq!(RGGB.filters_from([0, 0]), [0, 1, 1, 2]);
-        assert_eq!(RGGB.filters_from([1, 0]), [1, 0, 2, 1]);
-        assert_eq!(RGGB.filters_from([4, 3]), [1, 2, 0, 1]);
-        assert_eq!(RGGB.filters_from([7, 5]), [2, 1, 1, 0]);
+        // Green and blue, red and green: rows and columns differ.
+        let gbrg = RawFormat { filters: [1, 2, 0, 1], ..RGGB };
+        assert_eq!(gbrg.filters_from([0, 0]), [1, 2, 0, 1]);
+        assert_eq!(gbrg.filters_from([1, 0]), [2, 1, 1, 0]);
+        assert_eq!(gbrg.filters_from([4, 3]), [0, 1, 1, 2]);
+        assert_eq!(gbrg.filters_from([7, 5]), [1, 0, 2, 1]);
     }
 }

@@ -1,5 +1,6 @@
 //! Slanted edges in pictures through real lenses, against the lens's modulation transfer.
 
+use petzval_base::sinc::sinc;
 use petzval_lens::{LensModel, RealLens};
 use petzval_optics::{
     ConditionChoices, FieldRays, FrequencyAxis, ImageQuality, ImagingConditions, ImagingGrid,
@@ -139,10 +140,4 @@ fn edges_in_pictures_have_the_modulation_of_lens_and_pixels() {
             }
         }
     }
-}
-
-/// Returns sin(pi x) / (pi x).
-fn sinc(x: f64) -> f64 {
-    let x = std::f64::consts::PI * x;
-    if x == 0.0 { 1.0 } else { x.sin() / x }
 }

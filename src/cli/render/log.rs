@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use petzval_base::stats::{LaneOccupancy, Stage, StageStats, Stats};
-use petzval_image::{Note, Notes};
+use petzval_image::{Notes, find_number};
 use petzval_lens::LensModel;
 use petzval_render::film::DroppedSamples;
 use petzval_render::job::Job;
@@ -87,12 +87,8 @@ pub(super) fn log_statistics(job: &Job, stats: &Stats) {
 
 /// Logs the camera's exposure settings, if known, and its sensor.
 pub(super) fn log_exposure(job: &Job, notes: &Notes) {
-    let number = |name: &str| match notes.iter().find(|(other, _)| *other == name) {
-        Some((_, Note::Number(number))) => Some(*number),
-        _ => None,
-    };
     if let [Some(ev), Some(f_number), Some(seconds), Some(iso)] =
-        ["exposureValue", "aperture", "expTime", "isoSpeed"].map(number)
+        ["exposureValue", "aperture", "expTime", "isoSpeed"].map(|name| find_number(notes, name))
     {
         let time = match seconds < 0.3 {
             true => format!("1/{:.0}", 1.0 / seconds),

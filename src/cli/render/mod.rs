@@ -44,7 +44,8 @@ use super::{Failure, Outcome, message, sweep};
 /// Arguments of `petzval render`.
 #[derive(Debug, clap::Args)]
 pub(super) struct RenderArguments {
-    /// Picture to write: .exr, .png, .jpg, .tif, the raw mosaic of --bayer, .dng, or an array, .npy; by default the name that the scene gives
+    /// Picture to write: .exr, .png, .jpg, .tif, .dng (the mosaic of --bayer) or .npy (an array); by default
+    /// the name that the scene gives
     #[arg(short, long, value_name = "FILE", help_heading = "Picture")]
     pub output: Option<PathBuf>,
     #[command(flatten)]

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::time::Duration;
 
-use petzval_image::{BitDepth, EncodingOptions, ImageFormat, Note, Notes};
+use petzval_image::{BitDepth, EncodingOptions, ImageFormat, Note, Notes, find_note};
 use petzval_render::job::Job;
 use petzval_render::plan::Plan;
 
@@ -67,7 +67,7 @@ impl RenderSummary<'_> {
     }
 
     fn note(&self, name: &str) -> Option<&Note> {
-        self.notes.iter().find(|(other, _)| *other == name).map(|(_, note)| note)
+        find_note(self.notes, name)
     }
 
     fn file(&self) -> String {

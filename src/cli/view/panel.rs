@@ -1,6 +1,6 @@
 //! Panel: what the page shows about the camera beside the picture, as JSON.
 
-use petzval_image::Note;
+use petzval_image::find_number;
 use petzval_lens::{Camera, FocusModel, LensModel, RealLens, RealRayFocus};
 use petzval_render::aov::CircleOfConfusion;
 use petzval_render::job::Job;
@@ -46,10 +46,7 @@ impl Panel {
         purpose: PreparedAs,
     ) -> Value {
         let Prepared { job, notes, warnings } = prepared;
-        let number = |name: &str| match notes.iter().find(|(other, _)| *other == name) {
-            Some((_, Note::Number(number))) => Some(*number),
-            _ => None,
-        };
+        let number = |name: &str| find_number(notes, name);
         let lens = match &job.camera.model {
             LensModel::Real(lens) => {
                 lens_json(lens, job.camera.half_diagonal(), self.widest.f_number(changes))

@@ -11,10 +11,10 @@ use tiff::TiffResult;
 use tiff::encoder::{Rational, SRational, TiffEncoder, TiffValue};
 use tiff::tags::{Tag, Type};
 
-use super::{Directory, ascii, io_error, number, rational, text_of};
+use super::{Directory, ascii, io_error, rational, text_of};
 use crate::display::dimensions;
 use crate::raw::RawFormat;
-use crate::{Note, Notes, Picture};
+use crate::{Note, Notes, Picture, find_note, find_number};
 
 /// Photometric interpretation of a mosaic.
 const COLOR_FILTER_ARRAY: u16 = 32803;
@@ -143,19 +143,18 @@ fn write_exif<W: Write + Seek>(to: &mut Directory<'_, W>, notes: &Notes) -> Tiff
         (tags::F_NUMBER, "aperture"),
         (tags::FOCAL_LENGTH, "effectiveFocalLength"),
     ] {
-        if let Some(number) =
-            number(notes, name).filter(|number| number.is_normal() && *number > 0.0)
-        {
+        let known = find_number(notes, name);
+        if let Some(number) = known.filter(|number| number.is_normal() && *number > 0.0) {
             to.write_tag(tag, rational(number))?;
         }
     }
-    if let Some(iso) = number(notes, "isoSpeed") {
+    if let Some(iso) = find_number(notes, "isoSpeed") {
         // Exif's short number ends here; a long one follows.
         to.write_tag(tags::ISO_SPEED_RATINGS, iso.round().min(f64::from(u16::MAX)) as u16)?;
         to.write_tag(tags::SENSITIVITY_TYPE, ISO_SPEED)?;
         to.write_tag(tags::ISO_SPEED, iso.round() as u32)?;
     }
-    if let Some((_, Note::Text(lens))) = notes.iter().find(|(name, _)| *name == "lensModel") {
+    if let Some(Note::Text(lens)) = find_note(notes, "lensModel") {
         to.write_tag(tags::LENS_MODEL, &*ascii(lens))?;
     }
     Ok(())
@@ -187,7 +186,7 @@ mod tests {
     use super::*;
     use crate::raw::{ColourCalibration, RawCamera};
 
-    const OBSERVER: ColourCalibration =
+    const COLOURS: ColourCalibration =
         ColourCalibration { from_xyz: [[1.5, -0.25, 0.0]; 3], to_xyz_d50: [[0.5; 3]; 3] };
 
     fn numbers_of(value: Value) -> Vec<f64> {
@@ -211,8 +210,8 @@ mod tests {
             black: 100,
             white: 1123,
             saturation: 612,
-            daylight: OBSERVER,
-            tungsten: Some(OBSERVER),
+            daylight: COLOURS,
+            tungsten: Some(COLOURS),
             neutral: [0.5, 1.0, 0.75],
             noise: [0.01, 0.0001],
         };
@@ -247,7 +246,7 @@ mod tests {
             (tags::WHITE_LEVEL, vec![612.0]),
             (tags::BASELINE_EXPOSURE, vec![-0.998_59]),
             (tags::AS_SHOT_NEUTRAL, vec![0.5, 1.0, 0.75]),
-            (tags::COLOR_MATRIX[1], OBSERVER.from_xyz.as_flattened().to_vec()),
+            (tags::COLOR_MATRIX[1], COLOURS.from_xyz.as_flattened().to_vec()),
             (tags::CALIBRATION_ILLUMINANT[0], vec![17.0]),
             (tags::CALIBRATION_ILLUMINANT[1], vec![21.0]),
             (

@@ -12,7 +12,7 @@ use tiff::decoder::Decoder;
 use tiff::encoder::{DirectoryEncoder, Rational, TiffKindStandard};
 use tiff::tags::{SampleFormat, Tag};
 
-use super::{ImageError, Note, Notes};
+use super::{ImageError, Notes};
 
 pub(super) use display::write_tiff;
 pub(super) use dng::write_dng;
@@ -73,13 +73,6 @@ fn text_of(notes: &Notes) -> String {
 /// Returns the text in ASCII, with question marks for what it cannot hold.
 fn ascii(text: &str) -> String {
     text.chars().map(|c| if c.is_ascii() && c != '\0' { c } else { '?' }).collect()
-}
-
-fn number(notes: &Notes, name: &str) -> Option<f64> {
-    match notes.iter().find(|(other, _)| *other == name) {
-        Some((_, Note::Number(number))) => Some(*number),
-        _ => None,
-    }
 }
 
 #[cfg(test)]

@@ -12,6 +12,7 @@
 
 use std::f64::consts::{PI, TAU};
 
+use petzval_base::sinc::sinc;
 use petzval_lens::FilmMap;
 use rayon::prelude::*;
 
@@ -329,9 +330,4 @@ fn mean_band(bands: &[LightBand]) -> LightBand {
 /// Returns a frequency with its sign.
 fn wrapped(i: usize, count: usize) -> f64 {
     if 2 * i > count { i as f64 - count as f64 } else { i as f64 }
-}
-
-/// Returns sin(pi x) / (pi x).
-fn sinc(x: f64) -> f64 {
-    if x == 0.0 { 1.0 } else { (PI * x).sin() / (PI * x) }
 }

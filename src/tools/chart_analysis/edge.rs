@@ -72,6 +72,37 @@ pub enum EdgeError {
         /// Largest slope (pixels a row).
         slope: f64,
     },
+    /// No pixels lie at some distances from the edge.
+    #[error(
+        "with a slope of {slope:.2} pixels a row the edge leaves gaps between the distances of pixels from it; slant \
+         the chart by about 5 degrees"
+    )]
+    Gaps {
+        /// Largest slope (pixels a row).
+        slope: f64,
+    },
+    /// The region holds more than one edge.
+    #[error(
+        "the values rise by {rise:.4} at the edge, and from side to side by {sides:.4}; expected a single edge: choose a \
+         smaller region"
+    )]
+    Several {
+        /// Rise at the edge.
+        rise: f64,
+        /// Rise from side to side.
+        sides: f64,
+    },
+    /// The edge is too wide for its region, or there is more than one.
+    #[error(
+        "the edge rises over {rise:.1} of the {width:.1} pixels that are measured across it; expected a sharper or single \
+         edge: choose a wider region around one edge"
+    )]
+    Wide {
+        /// Distance in which it rises from 10 to 90 % (pixels).
+        rise: f64,
+        /// Width of what is measured (pixels).
+        width: f64,
+    },
 }
 
 /// A region whose edge runs roughly along its columns.

@@ -2,6 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
+use petzval_base::sinc::sinc;
 use petzval_image::Picture;
 
 use super::edge::{EdgeError, MIN_SIDE, Region};
@@ -10,6 +11,8 @@ use super::edge::{EdgeError, MIN_SIDE, Region};
 const BINS: f64 = 4.0;
 /// Share of the window that falls to its ends.
 const TAPER: f64 = 0.5;
+/// Largest difference between the rise of the edge and that of its sides, relative to the latter.
+const MAX_REST: f64 = 0.3;
 /// Step and end of the search for a level (cycles/pixel).
 const SEARCH_STEP: f64 = 0.002;
 const SEARCH_END: f64 = 2.0;
@@ -23,7 +26,7 @@ pub enum EdgeAxis {
     Y,
 }
 
-/// What a slanted edge says of a picture.
+/// Spatial frequency response measured from one slanted edge.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EdgeResponse {
     /// Direction of the frequencies.
@@ -59,17 +62,13 @@ impl EdgeResponse {
         let value = |x: usize, y: usize| {
             channel(picture.pixels[(low[1] + y) * picture.size[0] + low[0] + x])
         };
-        let along_columns: Vec<f64> = (0..height)
-            .flat_map(|y| (0..width).map(move |x| (x, y)))
-            .map(|(x, y)| value(x, y))
-            .collect();
+        let along_columns: Vec<f64> =
+            (0..width * height).map(|i| value(i % width, i / width)).collect();
         if let Some(at) = along_columns.iter().position(|value| !value.is_finite()) {
             return Err(EdgeError::NotFinite { x: at % width, y: at / width });
         }
-        let along_rows: Vec<f64> = (0..width)
-            .flat_map(|x| (0..height).map(move |y| (x, y)))
-            .map(|(x, y)| value(x, y))
-            .collect();
+        let along_rows: Vec<f64> =
+            (0..width * height).map(|i| value(i / height, i % height)).collect();
         let columns = Region { width, height, values: &along_columns };
         let rows = Region { width: height, height: width, values: &along_rows };
         // The levels of opposite sides differ most across the edge.
@@ -107,11 +106,20 @@ impl EdgeResponse {
                 }
             }
         }
-        let spread = edge_spread(&bins);
+        let spread = edge_spread(&bins).ok_or(EdgeError::Gaps { slope: steepest })?;
         let middle = edge.at(height / 2)[1];
         let [one, other] = region.levels();
         let levels = [one.min(other), one.max(other)];
-        Ok(Self { axis, angle: middle.atan().to_degrees(), levels, spread })
+        let edge = Self { axis, angle: middle.atan().to_degrees(), levels, spread };
+        let rise: f64 = edge.line_spread().map(|(_, value)| value).sum();
+        if (rise - (other - one)).abs() > MAX_REST * (other - one).abs() {
+            return Err(EdgeError::Several { rise, sides: other - one });
+        }
+        let [rise, width] = [edge.rise(), edge.spread.len() as f64 / BINS];
+        if rise > width / 2.0 {
+            return Err(EdgeError::Wide { rise, width });
+        }
+        Ok(edge)
     }
 
     /// Returns the contrast of the edge (Michelson): the difference of its levels over their sum.
@@ -200,38 +208,19 @@ impl Bin {
     }
 }
 
-/// Returns the level in the middle of each bin. The pixels of a bin are not spread evenly over it, so that their mean
-/// is moved to its middle along the slope between its neighbours.
-fn edge_spread(bins: &[Bin]) -> Vec<f64> {
-    let mean = |i: usize| bins[i].mean(bins[i].values);
-    let mut levels = Vec::with_capacity(bins.len());
-    for i in 0..bins.len() {
-        // An empty bin lies between its neighbours.
-        let known = mean(i).or_else(|| {
-            let before = (0..i).rev().find_map(|j| Some((j, mean(j)?)));
-            let after = (i + 1..bins.len()).find_map(|j| Some((j, mean(j)?)));
-            match (before, after) {
-                (Some((a, one)), Some((b, other))) => {
-                    Some(one + (other - one) * (i - a) as f64 / (b - a) as f64)
-                }
-                (one, other) => one.or(other).map(|(_, value)| value),
-            }
-        });
-        levels.extend(known);
-    }
-    let moved = |i: usize| {
-        let slope = match i {
-            0 => 0.0,
-            _ => levels.get(i + 1).map_or(0.0, |after| (after - levels[i - 1]) / 2.0),
+/// Returns the level in the middle of each bin; `None` if a bin is empty. The pixels of a bin are not spread evenly
+/// over it, so that their mean is moved to its middle along the slope between its neighbours.
+fn edge_spread(bins: &[Bin]) -> Option<Vec<f64>> {
+    let levels: Vec<f64> = bins.iter().map(|bin| bin.mean(bin.values)).collect::<Option<_>>()?;
+    let moved = |(i, bin): (usize, &Bin)| {
+        let before = i.checked_sub(1).and_then(|before| levels.get(before));
+        let slope = match (before, levels.get(i + 1)) {
+            (Some(before), Some(after)) => (after - before) / 2.0,
+            _ => 0.0,
         };
-        levels[i] - slope * bins[i].mean(bins[i].offsets).unwrap_or(0.0)
+        Some(levels[i] - slope * bin.mean(bin.offsets)?)
     };
-    (0..levels.len()).map(moved).collect()
-}
-
-/// Returns sin(pi x) / (pi x).
-fn sinc(x: f64) -> f64 {
-    if x == 0.0 { 1.0 } else { (PI * x).sin() / (PI * x) }
+    bins.iter().enumerate().map(moved).collect()
 }
 
 #[cfg(test)]
@@ -309,6 +298,30 @@ mod tests {
                 assert!((found.rise() / rise - 1.0).abs() < 0.02, "{} {rise}", found.rise());
             }
         }
+    }
+
+    #[test]
+    fn edges_that_would_be_measured_wrongly_are_refused() {
+        let of = |picture: &Picture| {
+            EdgeResponse::measure(picture, [[0, 0], picture.size], green).unwrap_err().to_string()
+        };
+        // Along a diagonal of pixels, all of them are at a few distances only.
+        assert!(of(&edge([120, 60], 44.9, 0.8, false)).contains("slant the chart by about 5"));
+        // Two steps: the sides are those of both.
+        let wide = edge([140, 60], 5.0, 0.7, false);
+        let pixel = |i: usize| {
+            let level = |shift: usize| wide.pixels[i / 100 * 140 + i % 100 + shift][1];
+            [(level(5) + level(35)) / 2.0; 3]
+        };
+        let two = Picture { size: [100, 60], pixels: (0..6000).map(pixel).collect() };
+        assert!(of(&two).contains("sharper or single edge"), "{}", of(&two));
+        // A second step outside what is measured.
+        let pixel = |i: usize| {
+            let level = |shift: usize| wide.pixels[i / 80 * 140 + i % 80 + shift][1];
+            [level(30) + if i % 80 > 72 { 2.0 } else { 0.0 }; 3]
+        };
+        let beside = Picture { size: [80, 60], pixels: (0..4800).map(pixel).collect() };
+        assert!(of(&beside).contains("from side to side"), "{}", of(&beside));
     }
 
     #[test]

@@ -17,6 +17,8 @@ pub(crate) mod raster;
 
 use std::f64::consts::{PI, TAU};
 
+use petzval_base::sinc::sinc;
+
 use crate::camera::RealLens;
 use crate::prescription::iris::ApertureMask;
 use pupil_view::PupilView;
@@ -160,12 +162,6 @@ impl ExitPupil {
 
 /// The first zero of the Bessel function J_1.
 const FIRST_ZERO: f64 = 3.831_705_970_207_512;
-
-/// Returns sin(pi x) / (pi x).
-fn sinc(x: f64) -> f64 {
-    let x = PI * x;
-    if x.abs() < 1e-4 { 1.0 - x * x / 6.0 } else { x.sin() / x }
-}
 
 /// Returns the integral of the amplitude.
 fn amplitude_integral(edges: &[PupilEdge]) -> f64 {
