@@ -16,6 +16,8 @@ const MAX_REST: f64 = 0.3;
 /// Step and end of the search for a level (cycles/pixel).
 const SEARCH_STEP: f64 = 0.002;
 const SEARCH_END: f64 = 2.0;
+/// Rounds in which the levels of bins are corrected by their neighbours.
+const CORRECTIONS: usize = 3;
 
 /// Direction of the frequencies that an edge measures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -191,36 +193,40 @@ struct Bin {
     count: u32,
     /// Sum of the values.
     values: f64,
-    /// Sum of the distances from the middle of the bin, relative to its width.
-    offsets: f64,
+    /// Sums of the distances from the middle of the bin, relative to its width, and of their squares.
+    offsets: [f64; 2],
 }
 
 impl Bin {
     fn add(&mut self, value: f64, offset: f64) {
         self.count += 1;
         self.values += value;
-        self.offsets += offset;
+        self.offsets[0] += offset;
+        self.offsets[1] += offset * offset;
     }
 
-    /// Returns the mean of a sum; `None` without pixels.
-    fn mean(&self, sum: f64) -> Option<f64> {
-        (self.count > 0).then(|| sum / f64::from(self.count))
+    /// Returns the mean of the values and those of the offsets; `None` without pixels.
+    fn means(&self) -> Option<(f64, [f64; 2])> {
+        let share = 1.0 / f64::from(self.count);
+        (self.count > 0).then(|| (self.values * share, self.offsets.map(|sum| sum * share)))
     }
 }
 
-/// Returns the level in the middle of each bin; `None` if a bin is empty. The pixels of a bin are not spread evenly
-/// over it, so that their mean is moved to its middle along the slope between its neighbours.
+/// Returns the mean level over each bin; `None` if a bin is empty. The pixels of a bin are not spread evenly over it,
+/// so that their mean is corrected by slope and curvature of the levels about it.
 fn edge_spread(bins: &[Bin]) -> Option<Vec<f64>> {
-    let levels: Vec<f64> = bins.iter().map(|bin| bin.mean(bin.values)).collect::<Option<_>>()?;
-    let moved = |(i, bin): (usize, &Bin)| {
-        let before = i.checked_sub(1).and_then(|before| levels.get(before));
-        let slope = match (before, levels.get(i + 1)) {
-            (Some(before), Some(after)) => (after - before) / 2.0,
-            _ => 0.0,
+    let means: Vec<(f64, [f64; 2])> = bins.iter().map(Bin::means).collect::<Option<_>>()?;
+    let mut levels: Vec<f64> = means.iter().map(|&(value, _)| value).collect();
+    for _ in 0..CORRECTIONS {
+        let corrected = |(i, &(value, [first, second])): (usize, &(f64, [f64; 2]))| {
+            let before = i.checked_sub(1).and_then(|before| levels.get(before));
+            let (Some(before), Some(after)) = (before, levels.get(i + 1)) else { return value };
+            let (slope, curvature) = ((after - before) / 2.0, after + before - 2.0 * levels[i]);
+            value - slope * first - curvature / 2.0 * (second - 1.0 / 12.0)
         };
-        Some(levels[i] - slope * bin.mean(bin.offsets)?)
-    };
-    bins.iter().enumerate().map(moved).collect()
+        levels = means.iter().enumerate().map(corrected).collect();
+    }
+    Some(levels)
 }
 
 #[cfg(test)]
@@ -271,8 +277,14 @@ mod tests {
             (9.0, 1.5, false),
             (3.0, 0.25, true),
             (15.0, 0.6, false),
+            (1.5, 0.6, false),
+            (14.036, 0.5, true),
+            (22.0, 0.8, false),
+            (30.0, 0.6, true),
+            (41.0, 0.6, false),
         ] {
-            let size = if transposed { [100, 64] } else { [64, 100] };
+            let wide = 64 + (100.0 * f64::to_radians(degrees).tan().abs()) as usize;
+            let size = if transposed { [100, wide] } else { [wide, 100] };
             let picture = edge(size, degrees, sigma, transposed);
             let found = EdgeResponse::measure(&picture, [[0, 0], size], green).unwrap();
             assert_eq!(found.axis, if transposed { EdgeAxis::Y } else { EdgeAxis::X });
