@@ -97,7 +97,8 @@ enum Command {
     Dataset(DatasetArguments),
     /// Measure how far a picture is from a reference
     Compare(CompareArguments),
-    /// Measure the sharpness of a picture: the spatial frequency response of slanted edges (ISO 12233)
+    /// Measure the sharpness of a picture: the spatial frequency response of slanted edges (ISO 12233); and
+    /// the noise of a sensor
     Measure(MeasureArguments),
     /// Measure the speed of this machine, in about 10 s
     Bench(BenchArguments),

@@ -1,5 +1,5 @@
-//! Image files: EXR, PNG, JPEG and TIFF, read and written, DNG and NPY, which are only written, and formats
-//! that are only read.
+//! Image files: EXR, PNG, JPEG and TIFF, read and written, NPY, which is only written, DNG, whose codes are read
+//! as [`RawCodes`], and formats that are only read.
 //!
 //! Writing is atomic: a picture is written under a temporary name and renamed, so the final name
 //! holds either the complete new picture or the previous file.
@@ -15,6 +15,7 @@ mod format;
 mod pfm;
 mod raster;
 mod raw;
+mod raw_codes;
 mod spectral;
 mod tiff;
 mod tone;
@@ -34,6 +35,7 @@ use format::{READABLE, Writer, extension};
 pub use pfm::write_pfm;
 pub use raster::{ImageSamples, Raster, Transfer};
 pub use raw::{ColourCalibration, RawCamera, RawFormat};
+pub use raw_codes::RawCodes;
 pub use spectral::{SPECTRAL_LAYER, channel_wavelength, spectral_layer};
 pub use tone::ToneCurve;
 pub use white_balance::WhiteBalance;

@@ -10,7 +10,7 @@ use std::process::Command;
 use crate::support::{folder, in_parallel, petzval, root, write};
 
 /// Commands of the manual that the test does not run, with the reason.
-const NOT_RUN: [(&str, &str); 29] = [
+const NOT_RUN: [(&str, &str); 31] = [
     ("petzval view scenes/atelier.pbrt", "waits for Ctrl-C; tests/view runs it"),
     (
         "petzval lens mine.toml --catalogue SCHOTT_OLD.AGF --catalogue catalogues/",
@@ -36,6 +36,11 @@ const NOT_RUN: [(&str, &str); 29] = [
     (
         "petzval measure photo.png --edge 400,300,500,400 --channel green --json",
         "needs a chart; tests/command/measure.rs has one",
+    ),
+    ("petzval measure noise list.txt", "needs pictures; tests/command/measure.rs has them"),
+    (
+        "petzval measure noise list.txt --csv curve.csv --json",
+        "needs pictures; tests/command/measure.rs has them",
     ),
     ("cargo test --release", "runs this test"),
     ("RUSTFLAGS=\"-C target-cpu=x86-64\" cargo build --release", "compiles; .ci/run does it"),
@@ -371,6 +376,7 @@ fn the_manual_describes_every_option_and_no_other() {
         "accuracy",
         "compare",
         "measure",
+        "measure noise",
         "dataset",
         "bench",
     ] {

@@ -1,11 +1,13 @@
 //! The command `measure`.
 
+use std::path::Path;
+
 use petzval_image::{BitDepth, EncodingOptions, Picture, PictureWindow};
 
 use crate::support::{folder, petzval};
 
 /// Writes an edge through the middle of a picture, sharp but for its pixels, in this slope (pixels a row).
-fn write_edge(folder: &std::path::Path, name: &str, slope: f64) {
+fn write_edge(folder: &Path, name: &str, slope: f64) {
     let size = [120_usize, 90];
     let share = |x: usize, y: usize| {
         let inside = (0..256).filter(|i| {
@@ -89,4 +91,141 @@ fn what_cannot_be_measured_ends_with_exit_code_2_and_advice() {
         assert_eq!(code, 2, "{arguments}: {stderr}");
         assert!(stderr.contains(expected), "{arguments}: {stderr}");
     }
+}
+
+/// Renders uniform light of these values as raw files, two of each and 16 of none and of 0.25, and writes their list
+/// with 80000 photons for the value 1.
+fn photograph_uniform_light(at: &Path, sensor: &str, values: &[f64]) {
+    let mut list = "n 14 400 400\n".to_owned();
+    let mut seed = 0;
+    for &value in [0.0].iter().chain(values) {
+        let scene = format!(
+            r#"Film "rgb" "integer xresolution" 400 "integer yresolution" 400
+               Sampler "independent" "integer pixelsamples" 1
+               Integrator "path" "integer maxdepth" 1
+               Camera "perspective" "float fov" 40
+               WorldBegin
+               LightSource "infinite" "rgb L" [{value} {value} {value}]"#
+        );
+        std::fs::write(at.join("uniform.pbrt"), scene).expect("a scene");
+        list += &match value {
+            0.0 => "d 1e7\n".to_owned(),
+            _ => format!("b 1e7 {}\n", 80_000.0 * value),
+        };
+        for _ in 0..if [0.0, 0.25].contains(&value) { 16 } else { 2 } {
+            seed += 1;
+            let (name, seed) = (format!("{seed}.dng"), seed.to_string());
+            let more = ["--bayer", "--sensor", sensor, "--seed", &seed, "-q"];
+            let arguments = [&["render", "uniform.pbrt", "-o", &name], &more[..]].concat();
+            let (code, _, stderr) = petzval(at, &arguments);
+            assert_eq!(code, 0, "{stderr}");
+            list += &format!("i {name}\n");
+        }
+    }
+    std::fs::write(at.join("list.txt"), list).expect("a list");
+}
+
+/// The loop of sensor, raw files and measurement: EMVA 1288.
+#[test]
+fn pictures_of_uniform_light_give_back_the_parameters_of_their_sensor() {
+    let folder = folder();
+    let at = folder.path();
+    // At half of the base speed, 20000 electrons fill the well at half of the codes: at the value 0.5.
+    let sensor = "iso=50,well=20000,read=4,dsnu=3,prnu=1,bits=14,black=1024";
+    let mut values: Vec<f64> = (1..=18).map(|i| f64::from(i) / 40.0).collect();
+    values.extend([0.48, 0.49, 0.495, 0.5, 0.51, 0.6]);
+    photograph_uniform_light(at, sensor, &values);
+    let (code, stdout, stderr) =
+        petzval(at, &["measure", "noise", "list.txt", "--json", "--csv", "curve.csv"]);
+    assert_eq!(code, 0, "{stderr}");
+    let found: Vec<serde_json::Value> = serde_json::from_str(&stdout).expect("JSON");
+    let names: Vec<_> = found.iter().map(|channel| channel["channel"].as_str()).collect();
+    assert_eq!(names, ["red", "green/red", "green/blue", "blue"].map(Some));
+    let gain = (16383.0 - 1024.0) / 40_000.0;
+    for (name, part, expected, tolerance) in [
+        ("gain", "", gain, 0.005),
+        ("dark_mean", "", 1024.0, 1e-4),
+        ("dark_noise_electrons", "pixel", 4.0, 0.01),
+        ("dsnu_electrons", "pixel", 3.0, 0.02),
+        ("prnu_percent", "pixel", 1.0, 0.02),
+        ("quantum_efficiency", "", 0.5, 0.005),
+        ("full_well_electrons", "", 20_000.0, 0.005),
+    ] {
+        let number = |channel: &serde_json::Value| match part {
+            "" => channel[name].as_f64().expect(name),
+            part => channel[name][part].as_f64().expect(name),
+        };
+        let mean = found.iter().map(number).sum::<f64>() / 4.0;
+        println!(
+            "{name} {mean:.5}, put in {expected:.5}: {:+.2} %",
+            100.0 * (mean / expected - 1.0)
+        );
+        assert!((mean / expected - 1.0).abs() < tolerance, "{name} {mean}, not {expected}");
+        for channel in &found {
+            let off = number(channel) / expected - 1.0;
+            assert!(off.abs() < 4.0 * tolerance, "{name} {off} of {}", channel["channel"]);
+        }
+    }
+    for channel in &found {
+        // The noise is largest some deviations before the well is full: 141 electrons of light, 200 of PRNU.
+        let saturation = channel["saturation_electrons"].as_f64().expect("a maximum");
+        assert!((18_800.0..19_900.0).contains(&saturation), "{saturation}");
+        assert!(channel["linearity_error_percent"].as_f64().expect("a line") < 0.1, "{channel}");
+        assert!(channel["prnu_percent"]["row"].as_f64().expect("a number") < 0.05, "{channel}");
+    }
+    let curve = std::fs::read_to_string(at.join("curve.csv")).expect("a table");
+    assert_eq!(curve.lines().count(), 1 + 4 * 24, "{curve}");
+    assert!(curve.contains("\nblue,2000,2,"), "{curve}");
+    let (code, stdout, _) = petzval(at, &["measure", "noise", "list.txt"]);
+    assert!(
+        code == 0 && stdout.contains("24 exposures of 200 x 200 photosites a channel"),
+        "{stdout}"
+    );
+    assert!(stdout.contains("full well (e-)"), "{stdout}");
+
+    // What cannot be evaluated.
+    std::fs::write(at.join("small.png"), png_of(30, 30)).expect("a file");
+    std::fs::write(at.join("plain.png"), png_of(60, 60)).expect("a file");
+    let whole = std::fs::read(at.join("1.dng")).expect("a file");
+    std::fs::write(at.join("cut.dng"), &whole[..whole.len() / 2]).expect("a file");
+    for (list, expected) in [
+        (
+            "b 1\ni 17.dng\ni 18.dng\n",
+            "list.txt:1:1: no dark pictures of 1 ns; expected a set \"d 1\"",
+        ),
+        ("d 1\ni 1.dng\ni 2.dng\n", "list.txt: red: no pictures with light"),
+        ("d 1\ni 1.dng\ni 2.dng\nb 1\ni 1.dng\ni 2.dng\n", "expected more light"),
+        ("d 1\ni 17.dng\ni 18.dng\nb 1\ni 1.dng\ni 2.dng\n", "expected more light"),
+        ("d 1\ni 1.dng\n", "list.txt:1:1: the set has 1 of at least 2"),
+        ("d 1\ni 1.dng\ni gone.dng\n", "gone.dng"),
+        ("d 1\ni 1.dng\ni uniform.pbrt\n", ".dng, .png, .tif and .tiff"),
+        ("d 1\ni 1.dng\ni cut.dng\n", "it is cut off"),
+        (
+            "d 1\ni 1.dng\ni plain.png\n",
+            "list.txt: plain.png has 60 x 60 pixels; expected 400 x 400",
+        ),
+        ("d 1\ni small.png\ni small.png\n", "30 x 30 pixels; expected at least 40 x 40"),
+        (
+            "d 1\ni plain.png\ni plain.png\nb 1\ni bright.png\ni bright.png\n",
+            "the noise does not grow with the light",
+        ),
+        ("", "list.txt: it lists no pictures"),
+        ("pictures\n", "list.txt:1:1: expected a line that begins with b, d or i"),
+    ] {
+        std::fs::write(at.join("bright.png"), png_of(60, 200)).expect("a file");
+        std::fs::write(at.join("list.txt"), list).expect("a list");
+        let (code, _, stderr) = petzval(at, &["measure", "noise", "list.txt"]);
+        assert_eq!(code, 2, "{list}: {stderr}");
+        assert!(stderr.contains(expected), "{list}: {stderr}");
+    }
+}
+
+/// Returns a grey picture of this width and height, all of one code.
+fn png_of(side: u32, code: u8) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let image = image::GrayImage::from_pixel(side, side, image::Luma([code]));
+    image
+        .write_to(&mut std::io::Cursor::new(&mut bytes), image::ImageFormat::Png)
+        .expect("an encoder");
+    bytes
 }

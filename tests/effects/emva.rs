@@ -2,6 +2,9 @@
 
 use petzval_image::Picture;
 use petzval_render::sensor::{Sensor, SensorSettings};
+use petzval_tools::sensor_analysis::{
+    Exposure, FieldStack, FieldStatistics, PhotonTransfer, Variances,
+};
 
 /// Returns the sensor of settings, for an exposure of a second.
 fn sensor(settings: &str) -> Sensor {
@@ -12,46 +15,15 @@ fn flat(value: f32, side: usize) -> Picture {
     Picture { size: [side, side], pixels: vec![[value; 3]; side * side] }
 }
 
-/// Mean and spread of stacked pictures, by the methods of EMVA 1288 (release 4.0), in codes.
-struct Measured {
-    mean: f64,
-    /// Temporal variance: half of the mean squared difference of two pictures.
-    temporal: f64,
-    /// Spatial variance of the mean picture, without what is left of the temporal one.
-    spatial: f64,
-    /// That of the means of rows and of columns.
-    rows: f64,
-    columns: f64,
-}
-
-/// Reads a uniform picture out so many times.
-fn measure(sensor: &Sensor, value: f32, side: usize, pictures: u32) -> Measured {
+/// Reads a uniform picture out so many times, in codes.
+fn measure(sensor: &Sensor, value: f32, side: usize, pictures: u32) -> FieldStatistics {
     let span = f64::from((1u32 << sensor.bits) - 1 - sensor.black_level);
-    let mut sums = vec![0.0; side * side];
-    let mut temporal = 0.0;
-    let count = sums.len() as f64;
-    for pair in 0..pictures / 2 {
-        let read = |seed| sensor.read_out(flat(value, side), [0, 0], seed);
-        let (one, other) = (read(2 * pair), read(2 * pair + 1));
-        for (sum, (a, b)) in sums.iter_mut().zip(one.pixels.iter().zip(&other.pixels)) {
-            let (a, b) = (span * f64::from(a[1]), span * f64::from(b[1]));
-            temporal += (a - b) * (a - b) / 2.0;
-            *sum += a + b;
-        }
+    let mut stack = FieldStack::new([side; 2]);
+    for seed in 0..pictures {
+        let read = sensor.read_out(flat(value, side), [0, 0], seed);
+        stack.add(read.pixels.iter().map(|pixel| span * f64::from(pixel[1])));
     }
-    let n = f64::from(pictures);
-    let temporal = temporal / (count * n / 2.0);
-    let mean = sums.iter().sum::<f64>() / n / count;
-    let variance = |values: &[f64]| {
-        let mean = values.iter().sum::<f64>() / values.len() as f64;
-        values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (values.len() - 1) as f64
-    };
-    let averages: Vec<f64> = sums.iter().map(|sum| sum / n).collect();
-    let average = |of: &dyn Fn(usize) -> f64| (0..side).map(of).sum::<f64>() / side as f64;
-    let rows: Vec<_> = (0..side).map(|y| average(&|x| averages[y * side + x])).collect();
-    let columns: Vec<_> = (0..side).map(|x| average(&|y| averages[y * side + x])).collect();
-    let spatial = variance(&averages) - temporal / n;
-    Measured { mean, temporal, spatial, rows: variance(&rows), columns: variance(&columns) }
+    stack.statistics()
 }
 
 #[test]
@@ -64,18 +36,24 @@ fn emva_1288_parameters_of_flat_fields_are_those_put_in() {
     let (side, pictures) = (600, 16);
     let dark = measure(&sensor, 0.0, side, pictures);
     let light = measure(&sensor, 0.5, side, pictures);
-
-    // The photon transfer curve has the system gain K for a slope.
-    let found = (light.temporal - dark.temporal) / (light.mean - dark.mean);
-    assert!((found / gain - 1.0).abs() < 5e-3, "K {found}, not {gain}");
+    let photons = Some(20_000.0);
+    let found = PhotonTransfer::new(vec![Exposure { photons, light, dark }]).expect("photon noise");
+    let near = |name: &str, found: f64, expected: f64, tolerance: f64| {
+        println!("{name} {found:.4}, put in {expected:.4}");
+        assert!((found / expected - 1.0).abs() < tolerance, "{name} {found}, not {expected}");
+    };
+    near("K", found.gain, gain, 5e-3);
+    near("quantum efficiency", found.quantum_efficiency.expect("photons"), 0.5, 5e-3);
     // The dark current adds 100 electrons to the mean and to the variance.
-    assert!((dark.mean / gain - 100.0).abs() < 0.1, "dark signal {}", dark.mean / gain);
-    let read = (dark.temporal - 1.0 / 12.0) / (gain * gain) - 100.0;
-    assert!((read.sqrt() / 4.0 - 1.0).abs() < 0.01, "read noise {}", read.sqrt());
-    let dsnu = dark.spatial.sqrt() / gain;
-    assert!((dsnu / 6.0 - 1.0).abs() < 0.01, "DSNU {dsnu}");
-    let prnu = (light.spatial - dark.spatial).sqrt() / (light.mean - dark.mean);
-    assert!((prnu / 0.012 - 1.0).abs() < 0.01, "PRNU {prnu}");
+    near("dark signal", found.dark_mean / found.gain, 100.0, 5e-3);
+    near("dark noise", found.dark_noise.pixel, 116.0_f64.sqrt(), 5e-3);
+    near("read noise", (found.dark_noise.variance() - 100.0).sqrt(), 4.0, 0.02);
+    near("DSNU", found.dsnu.pixel, 6.0, 0.01);
+    near("PRNU", found.prnu.pixel, 0.012, 0.01);
+    for lines in [found.dark_noise, found.dsnu, found.prnu.scaled(100.0)] {
+        assert!(lines.row < 0.1 && lines.column < 0.1, "no lines: {lines:?}");
+    }
+    assert_eq!((found.saturation, found.full_well), (None, None));
 }
 
 #[test]
@@ -162,30 +140,28 @@ fn fields_of_one_sensor_are_independent_of_those_of_others() {
 
 #[test]
 fn rows_and_columns_have_patterns_and_noise_of_their_own() {
-    let fixed = sensor("well=20000,bits=14,black=1024,read=0,dsnu=0/5/8");
     let gain = (16383.0 - 1024.0) / 20_000.0;
-    let found = measure(&fixed, 0.0, 700, 2);
-    assert_eq!(found.temporal, 0.0, "patterns are fixed");
     // 700 rows know their deviation to 2.7 %; five of these.
-    for (variance, expected) in [(found.rows, 5.0), (found.columns, 8.0)] {
-        let deviation = variance.sqrt() / gain;
-        assert!((deviation / expected - 1.0).abs() < 0.14, "{deviation}, not {expected}");
-    }
-    let response = sensor("well=20000,bits=14,black=1024,read=0,prnu=0/2/3");
-    let lit = measure(&response, 0.5, 700, 8);
-    for (variance, expected) in [(lit.rows, 0.02), (lit.columns, 0.03)] {
-        let share = (variance - lit.temporal / (700.0 * 8.0)).sqrt() / lit.mean;
-        assert!((share / expected - 1.0).abs() < 0.14, "PRNU of lines {share}, not {expected}");
-    }
+    let near = |name: &str, variance: f64, expected: f64, unit: f64| {
+        let deviation = variance.max(0.0).sqrt() / unit;
+        println!("{name} {deviation:.4}, put in {expected}");
+        assert!((deviation - expected).abs() < 0.14 * expected + 0.02, "{name} {deviation}");
+    };
+    let fixed = measure(&sensor("well=20000,bits=14,black=1024,read=0,dsnu=0/5/8"), 0.0, 700, 2);
+    assert_eq!(fixed.temporal, Variances::default(), "patterns are fixed");
+    near("DSNU of rows", fixed.spatial.row, 5.0, gain);
+    near("DSNU of columns", fixed.spatial.column, 8.0, gain);
+    let lit = measure(&sensor("well=20000,bits=14,black=1024,read=0,prnu=0/2/3"), 0.5, 700, 8);
+    near("PRNU of rows", lit.spatial.row, 2.0, lit.mean / 100.0);
+    near("PRNU of columns", lit.spatial.column, 3.0, lit.mean / 100.0);
     // Noise of rows and columns is new in every picture, and its fixed part is none.
-    let rows = measure(&sensor("well=20000,bits=14,black=1024,read=0/3/0"), 0.0, 700, 16);
-    let columns = measure(&sensor("well=20000,bits=14,black=1024,read=0/0/3"), 0.0, 700, 16);
-    for (noisy, along, across) in
-        [(&rows, rows.rows, rows.columns), (&columns, columns.columns, columns.rows)]
-    {
-        let deviation = (noisy.temporal - 1.0 / 12.0).sqrt() / gain;
-        assert!((deviation / 3.0 - 1.0).abs() < 0.05, "noise of lines {deviation}");
-        assert!(along < 2.0 * noisy.temporal / 16.0 && across < 0.01, "no pattern");
+    for (text, [row, column]) in [("read=0/3/0", [3.0, 0.0]), ("read=0/0/3", [0.0, 3.0])] {
+        let text = format!("well=20000,bits=14,black=1024,{text}");
+        let found = measure(&sensor(&text), 0.0, 700, 16);
+        near("noise of rows", found.temporal.row, row, gain);
+        near("noise of columns", found.temporal.column, column, gain);
+        let limit = 2.0 * found.temporal.total() / 16.0;
+        assert!(found.spatial.total().abs() < limit, "no pattern: {:?}", found.spatial);
     }
     // The filters of a mosaic do not divide a row.
     let mosaic = sensor("well=20000,bits=14,black=1024,read=0/3/0,dsnu=0/4/0,bayer");

@@ -2,6 +2,7 @@
 
 mod display;
 mod dng;
+mod mosaic;
 
 use std::fs::File;
 use std::io::{self, BufReader};
@@ -16,6 +17,7 @@ use super::{ImageError, Notes};
 
 pub(super) use display::write_tiff;
 pub(super) use dng::write_dng;
+pub(super) use mosaic::read_mosaic;
 
 type Directory<'a, W> = DirectoryEncoder<'a, W, TiffKindStandard>;
 

@@ -1,10 +1,13 @@
-//! `petzval measure`: spatial frequency response of slanted edges in a picture.
+//! `petzval measure`: spatial frequency response of slanted edges in a picture, and the noise of a sensor.
+
+mod noise;
 
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::PathBuf;
 
-use clap::ValueEnum;
+use clap::{Subcommand, ValueEnum};
+use noise::NoiseArguments;
 use petzval_base::io::{Outputs, ReadContext, path_excerpt};
 use petzval_image::{Picture, Transfer};
 use petzval_render::prepare::settings;
@@ -23,9 +26,13 @@ const CSV_ROWS: u32 = 100;
 
 /// Arguments of `petzval measure`.
 #[derive(Debug, clap::Args)]
+#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 pub(super) struct MeasureArguments {
+    #[command(subcommand)]
+    command: Option<MeasureCommand>,
     /// Picture: .exr, .hdr, .pfm, .png, .jpg, .tif
-    picture: PathBuf,
+    #[arg(required = true)]
+    picture: Option<PathBuf>,
     /// Region around one slanted edge, in pixels of the file; X1 and Y1 are not included. Give it again for
     /// another edge
     #[arg(long, value_name = "X0,Y0,X1,Y1", required = true, value_parser = typed(settings::crop))]
@@ -42,6 +49,13 @@ pub(super) struct MeasureArguments {
     /// Print one JSON object
     #[arg(long)]
     json: bool,
+}
+
+#[derive(Debug, Subcommand)]
+enum MeasureCommand {
+    /// Measure the noise of a sensor from pictures of uniform light (EMVA 1288): gain, read noise, DSNU,
+    /// PRNU, full well
+    Noise(NoiseArguments),
 }
 
 /// A channel of a picture.
@@ -68,7 +82,11 @@ impl Channel {
 }
 
 pub(super) fn run(arguments: &MeasureArguments) -> Result<Outcome, Failure> {
-    let MeasureArguments { picture: path, edge: regions, channel, csv, json, .. } = arguments;
+    let MeasureArguments { command, picture, edge: regions, channel, csv, json, .. } = arguments;
+    if let Some(MeasureCommand::Noise(arguments)) = command {
+        return noise::run(arguments);
+    }
+    let path = picture.as_ref().ok_or("expected the name of a picture")?;
     let context = ReadContext::default();
     let picture = Picture::read_with(path, Transfer::Srgb, &context)?;
     let csv =
@@ -172,7 +190,7 @@ fn json_of(arguments: &MeasureArguments, edges: &[EdgeResponse]) -> Value {
         })
     };
     json!({
-        "picture": arguments.picture.display().to_string(),
+        "picture": arguments.picture.as_ref().map(|path| path.display().to_string()),
         "pixel_um": arguments.pixel,
         "edges": edges.iter().zip(&arguments.edge).map(one).collect::<Vec<Value>>(),
     })

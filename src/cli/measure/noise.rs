@@ -1,0 +1,147 @@
+//! `petzval measure noise`: parameters of a sensor from pictures of uniform light.
+
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::path::PathBuf;
+
+use petzval_base::io::{Outputs, ReadContext, path_excerpt};
+use petzval_render::sensor::Components;
+use petzval_tools::sensor_analysis::{
+    ChannelTransfer, Exposure, PhotonTransfer, evaluate, parse_data_file,
+};
+use serde_json::{Value, json};
+
+use super::super::outputs::claim_writable;
+use super::super::{Failure, Outcome};
+
+/// Arguments of `petzval measure noise`.
+#[derive(Debug, clap::Args)]
+pub(super) struct NoiseArguments {
+    /// List of pictures in the format of EMVA 1288: lines "b NS PHOTONS" and "d NS" begin exposures with and without
+    /// light, "i FILE" adds a picture (.dng, or the codes as grey .png or .tif)
+    list: PathBuf,
+    /// Write the photon transfer curve as a table
+    #[arg(long, value_name = "FILE")]
+    csv: Option<PathBuf>,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+pub(super) fn run(arguments: &NoiseArguments) -> Result<Outcome, Failure> {
+    let NoiseArguments { list, csv, json } = arguments;
+    let context = ReadContext::default();
+    let text = String::from_utf8_lossy(&context.bytes(list)?).into_owned();
+    let folder = list.parent().unwrap_or(list);
+    let file = path_excerpt(list);
+    let sets = parse_data_file(&text, folder).map_err(|at| format!("{file}:{at}"))?;
+    let csv =
+        csv.as_ref().map(|csv| claim_writable(&Outputs::beside(&context.files()), csv, "--csv"));
+    let csv = csv.transpose()?;
+    let channels = evaluate(&sets, &context).map_err(|error| format!("{file}: {error}"))?;
+    if let Some(csv) = csv {
+        csv.write(|file| file.write_all(curve(&channels).as_bytes()))
+            .map_err(|error| format!("cannot write {}: {error}", csv.display()))?;
+    }
+    super::super::print(&match json {
+        true => format!("{:#}\n", Value::from_iter(channels.iter().map(json_of))),
+        false => text_of(&channels),
+    })
+}
+
+/// Returns the photon transfer curve of each channel as a table.
+fn curve(channels: &[ChannelTransfer]) -> String {
+    let mut text =
+        "channel,photons,pictures,mean,dark mean,variance,dark variance,spatial variance,dark spatial variance\n"
+            .to_owned();
+    for ChannelTransfer { channel, transfer, .. } in channels {
+        for Exposure { photons, light, dark } in &transfer.exposures {
+            let photons = photons.map(|photons| photons.to_string()).unwrap_or_default();
+            let pictures = light.pictures;
+            let numbers = [
+                light.mean,
+                dark.mean,
+                light.temporal.total(),
+                dark.temporal.total(),
+                light.spatial.total(),
+                dark.spatial.total(),
+            ];
+            let numbers = numbers.map(|number| format!("{number:.6}")).join(",");
+            let _ = writeln!(text, "{channel},{photons},{pictures},{numbers}");
+        }
+    }
+    text
+}
+
+fn text_of(channels: &[ChannelTransfer]) -> String {
+    let mut text = String::new();
+    if let Some(ChannelTransfer { size: [width, height], transfer, .. }) = channels.first() {
+        let exposures = transfer.exposures.len();
+        let s = if exposures == 1 { "" } else { "s" };
+        let _ =
+            writeln!(text, "{exposures} exposure{s} of {width} x {height} photosites a channel\n");
+    }
+    let decibels = |ratio: f64| format!("{ratio:.0} ({:.1} dB)", 20.0 * ratio.log10());
+    let by_lines = |of: Components, unit: f64| {
+        let Components { pixel, row, column } = of.scaled(unit);
+        format!("{pixel:.2}/{row:.2}/{column:.2}")
+    };
+    type Cell<'a> = &'a dyn Fn(&PhotonTransfer) -> String;
+    let known = |value: Option<String>, unknown: &str| value.unwrap_or_else(|| unknown.to_owned());
+    let not_reached = "not reached";
+    let rows: [(&str, Cell<'_>); 14] = [
+        ("gain K (codes/e-)", &|t| format!("{:.4}", t.gain)),
+        ("mean of the dark (codes)", &|t| format!("{:.2}", t.dark_mean)),
+        ("noise of the dark (e-)", &|t| format!("{:.3}", t.dark_noise.variance().sqrt())),
+        ("  pixel/row/column", &|t| by_lines(t.dark_noise, 1.0)),
+        ("DSNU (e-)", &|t| format!("{:.3}", t.dsnu.variance().sqrt())),
+        ("  pixel/row/column", &|t| by_lines(t.dsnu, 1.0)),
+        ("PRNU (%)", &|t| format!("{:.3}", 100.0 * t.prnu.variance().sqrt())),
+        ("  pixel/row/column", &|t| by_lines(t.prnu, 100.0)),
+        ("saturation (e-)", &|t| known(t.saturation.map(|n| format!("{n:.0}")), not_reached)),
+        ("full well (e-)", &|t| known(t.full_well.map(|n| format!("{n:.0}")), not_reached)),
+        ("SNR at saturation", &|t| known(t.saturation.map(|n| decibels(n.sqrt())), not_reached)),
+        ("threshold (e-)", &|t| format!("{:.2}", t.threshold())),
+        ("dynamic range", &|t| {
+            known(t.saturation.map(|n| decibels(n / t.threshold())), not_reached)
+        }),
+        ("quantum efficiency", &|t| {
+            known(t.quantum_efficiency.map(|n| format!("{n:.4}")), "no photons given")
+        }),
+    ];
+    let mut row = |name: &str, cell: &dyn Fn(&ChannelTransfer) -> String| {
+        let cells: String = channels.iter().map(|c| format!("{:>20}", cell(c))).collect();
+        let _ = writeln!(text, "{name:<26}{cells}");
+    };
+    row("channel", &|c| c.channel.to_owned());
+    for (name, cell) in rows {
+        row(name, &|c| cell(&c.transfer));
+    }
+    row("linearity error (%)", &|c| {
+        known(c.transfer.linearity_error.map(|n| format!("{:.3}", 100.0 * n)), "not measured")
+    });
+    text
+}
+
+fn json_of(ChannelTransfer { channel, size, transfer }: &ChannelTransfer) -> Value {
+    let parts = |of: Components, unit: f64| {
+        let Components { pixel, row, column } = of.scaled(unit);
+        json!({ "pixel": pixel, "row": row, "column": column })
+    };
+    let PhotonTransfer { gain, dark_mean, dark_noise, dsnu, prnu, saturation, .. } = transfer;
+    json!({
+        "channel": channel,
+        "photosites": size,
+        "exposures": transfer.exposures.len(),
+        "gain": gain,
+        "dark_mean": dark_mean,
+        "dark_noise_electrons": parts(*dark_noise, 1.0),
+        "dsnu_electrons": parts(*dsnu, 1.0),
+        "prnu_percent": parts(*prnu, 100.0),
+        "saturation_electrons": saturation,
+        "full_well_electrons": transfer.full_well,
+        "threshold_electrons": transfer.threshold(),
+        "quantum_efficiency": transfer.quantum_efficiency,
+        "linearity_error_percent": transfer.linearity_error.map(|error| 100.0 * error),
+    })
+}

@@ -1,0 +1,218 @@
+//! Reads the mosaic of a DNG. The tiff crate decodes no directory of colour filters, and its decoder does not open a
+//! file that begins with one.
+
+use crate::raw_codes::RawCodes;
+
+/// Tags of TIFF 6.0, TIFF/EP and DNG.
+mod tags {
+    pub const WIDTH: u16 = 256;
+    pub const HEIGHT: u16 = 257;
+    pub const BITS: u16 = 258;
+    pub const COMPRESSION: u16 = 259;
+    pub const PHOTOMETRIC: u16 = 262;
+    pub const STRIP_OFFSETS: u16 = 273;
+    pub const SAMPLES: u16 = 277;
+    pub const STRIP_BYTES: u16 = 279;
+    pub const SUB_DIRECTORIES: u16 = 330;
+    pub const CFA_SIZE: u16 = 33421;
+    pub const CFA_PATTERN: u16 = 33422;
+}
+
+/// Photometric interpretations of raw data: behind colour filters, and without.
+const COLOR_FILTER_ARRAY: u64 = 32803;
+const LINEAR_RAW: u64 = 34892;
+/// Most directories that are looked at: a file could refer to its own.
+const MAX_DIRECTORIES: usize = 64;
+
+/// Numbers of a TIFF file in its order of bytes.
+struct Numbers<'a> {
+    bytes: &'a [u8],
+    little: bool,
+}
+
+impl Numbers<'_> {
+    /// Returns the number of this many bytes at a place.
+    fn at(&self, place: usize, bytes: usize) -> Option<u64> {
+        let found = self.bytes.get(place..place.checked_add(bytes)?)?;
+        let add = |sum: u64, &byte: &u8| sum << 8 | u64::from(byte);
+        Some(if self.little { found.iter().rev().fold(0, add) } else { found.iter().fold(0, add) })
+    }
+
+    /// Returns the whole numbers of an entry of the directory at a place; none without the entry.
+    fn entry(&self, directory: usize, tag: u16) -> Option<Vec<u64>> {
+        let entries = self.at(directory, 2)? as usize;
+        let entry = (0..entries)
+            .map(|i| directory + 2 + 12 * i)
+            .find(|&entry| self.at(entry, 2) == Some(u64::from(tag)))?;
+        let size = match self.at(entry + 2, 2)? {
+            1 | 7 => 1,
+            3 => 2,
+            4 | 13 => 4,
+            _ => return None,
+        };
+        let count = usize::try_from(self.at(entry + 4, 4)?).ok()?;
+        let length = count.checked_mul(size).filter(|&length| length <= self.bytes.len())?;
+        let from = if length <= 4 { entry + 8 } else { self.at(entry + 8, 4)? as usize };
+        (0..count).map(|i| self.at(from + size * i, size)).collect()
+    }
+}
+
+/// Reads the mosaic, or the readings of a sensor without filters.
+///
+/// # Errors
+/// Returns what was found if the file has none that this reads.
+pub(crate) fn read_mosaic(bytes: &[u8]) -> Result<RawCodes, String> {
+    let little = bytes.starts_with(b"II");
+    let file = Numbers { bytes, little };
+    let first =
+        file.at(4, 4).filter(|_| file.at(2, 2) == Some(42) && (little || bytes.starts_with(b"MM")));
+    let first = first.ok_or("it is not a TIFF file, as a DNG is")? as usize;
+    let mut directories = vec![first];
+    let mut looked_at = 0;
+    while let Some(&directory) = directories.get(looked_at) {
+        looked_at += 1;
+        if file.at(directory, 2).is_none() {
+            return Err("it is cut off".to_owned());
+        }
+        let one = |tag| file.entry(directory, tag).and_then(|found| found.first().copied());
+        let photometric = one(tags::PHOTOMETRIC);
+        if matches!(photometric, Some(COLOR_FILTER_ARRAY | LINEAR_RAW)) {
+            return read_directory(&file, directory, photometric == Some(COLOR_FILTER_ARRAY));
+        }
+        let more = file.entry(directory, tags::SUB_DIRECTORIES).unwrap_or_default();
+        directories.extend(more.into_iter().map(|place| place as usize).take(MAX_DIRECTORIES));
+        if looked_at == MAX_DIRECTORIES {
+            break;
+        }
+    }
+    Err("it has no raw data".to_owned())
+}
+
+fn read_directory(
+    file: &Numbers<'_>,
+    directory: usize,
+    filtered: bool,
+) -> Result<RawCodes, String> {
+    let all = |tag| file.entry(directory, tag);
+    let one = |tag, default: u64| all(tag).map_or(Some(default), |found| found.first().copied());
+    if one(tags::COMPRESSION, 1) != Some(1) {
+        return Err(
+            "its raw data is compressed; expected none, as Adobe DNG Converter writes with \
+                    \"Uncompressed\", or the codes in a TIFF file"
+                .to_owned(),
+        );
+    }
+    if one(tags::BITS, 1) != Some(16) || one(tags::SAMPLES, 1) != Some(1) {
+        return Err("its raw data has other than 16 bits, or several samples a pixel".to_owned());
+    }
+    let cut = || "its raw data is cut off".to_owned();
+    let [width, height] = [tags::WIDTH, tags::HEIGHT]
+        .map(|tag| one(tag, 0).and_then(|side| usize::try_from(side).ok()).unwrap_or(0));
+    let filters = match (filtered, all(tags::CFA_PATTERN).as_deref()) {
+        (false, _) => None,
+        (true, Some(&[a, b, c, d]))
+            if all(tags::CFA_SIZE) == Some(vec![2, 2]) && [a, b, c, d].iter().all(|&f| f < 3) =>
+        {
+            Some([a, b, c, d].map(|filter| filter as u8))
+        }
+        (true, _) => {
+            return Err(
+                "its filters are not those of two by two pixels in red, green and blue".to_owned()
+            );
+        }
+    };
+    let strips = all(tags::STRIP_OFFSETS)
+        .zip(all(tags::STRIP_BYTES))
+        .ok_or("its raw data is not in strips")?;
+    let mut codes = Vec::new();
+    for (offset, length) in strips.0.into_iter().zip(strips.1) {
+        let from = usize::try_from(offset).map_err(|_| cut())?;
+        let to = usize::try_from(length).ok().and_then(|length| from.checked_add(length));
+        let strip = to.and_then(|to| file.bytes.get(from..to)).ok_or_else(cut)?;
+        // A strip that is given twice or more could fill the memory.
+        if codes.len() + strip.len() / 2 > file.bytes.len() {
+            return Err(cut());
+        }
+        codes.extend(strip.as_chunks::<2>().0.iter().map(|&code| match file.little {
+            true => u16::from_le_bytes(code),
+            false => u16::from_be_bytes(code),
+        }));
+    }
+    match width.checked_mul(height) {
+        Some(count) if count > 0 && codes.len() == count => {
+            Ok(RawCodes { size: [width, height], codes, filters })
+        }
+        _ => Err(cut()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Returns a file of 2 x 2 pixels with its mosaic in a directory below the first.
+    fn file(little: bool, compression: u16) -> Vec<u8> {
+        let short = |value: u16| if little { value.to_le_bytes() } else { value.to_be_bytes() };
+        let long = |value: u32| if little { value.to_le_bytes() } else { value.to_be_bytes() };
+        let mut bytes = if little { b"II".to_vec() } else { b"MM".to_vec() };
+        bytes.extend(short(42));
+        bytes.extend(long(8));
+        // One entry: the directory of the mosaic.
+        bytes.extend(short(1));
+        let entry = |tag: u16, type_: u16, count: u32, value: [u8; 4]| {
+            [&short(tag)[..], &short(type_), &long(count), &value].concat()
+        };
+        bytes.extend(entry(tags::SUB_DIRECTORIES, 4, 1, long(26)));
+        bytes.extend(long(0));
+        let number = |value: u16| [short(value), [0; 2]].concat().try_into().unwrap();
+        let entries = [
+            entry(tags::WIDTH, 3, 1, number(2)),
+            entry(tags::HEIGHT, 3, 1, number(2)),
+            entry(tags::BITS, 3, 1, number(16)),
+            entry(tags::COMPRESSION, 3, 1, number(compression)),
+            entry(tags::PHOTOMETRIC, 3, 1, number(32803)),
+            entry(tags::STRIP_OFFSETS, 4, 1, long(26 + 2 + 9 * 12)),
+            entry(tags::STRIP_BYTES, 4, 1, long(8)),
+            entry(tags::CFA_SIZE, 3, 2, [short(2), short(2)].concat().try_into().unwrap()),
+            entry(tags::CFA_PATTERN, 1, 4, [1, 2, 0, 1]),
+        ];
+        bytes.extend(short(entries.len() as u16));
+        bytes.extend(entries.concat());
+        [7_u16, 4095, 65535, 0].iter().for_each(|&code| bytes.extend(short(code)));
+        bytes
+    }
+
+    #[test]
+    fn mosaics_below_the_first_directory_are_read_in_both_orders_of_bytes() {
+        for little in [true, false] {
+            let found = read_mosaic(&file(little, 1)).unwrap();
+            let expected = RawCodes {
+                size: [2, 2],
+                codes: vec![7, 4095, 65535, 0],
+                filters: Some([1, 2, 0, 1]),
+            };
+            assert_eq!(found, expected);
+        }
+    }
+
+    #[test]
+    fn broken_files_are_refused() {
+        assert!(read_mosaic(&file(true, 7)).unwrap_err().contains("compressed"));
+        let whole = file(false, 1);
+        for length in 0..whole.len() {
+            assert!(read_mosaic(&whole[..length]).is_err(), "{length}");
+        }
+        // Any byte may be wrong: no panic, and no endless search.
+        for i in 0..whole.len() {
+            for value in [0, 1, 0x7f, 0x80, 0xff] {
+                let mut broken = whole.clone();
+                broken[i] = value;
+                let _ = read_mosaic(&broken);
+            }
+        }
+        // A directory that refers to itself.
+        let mut looped = file(true, 1);
+        looped[18..22].copy_from_slice(&8_u32.to_le_bytes());
+        assert!(read_mosaic(&looped).unwrap_err().contains("no raw data"));
+    }
+}
