@@ -23,6 +23,7 @@ macro_rules! say {
 mod accuracy;
 mod arguments;
 mod bench;
+mod chart;
 mod compare;
 mod dataset;
 mod denoise;
@@ -48,6 +49,7 @@ use clap::{Parser, Subcommand};
 
 use accuracy::AccuracyArguments;
 use bench::BenchArguments;
+use chart::ChartArguments;
 use compare::CompareArguments;
 use dataset::DatasetArguments;
 use lens::LensArguments;
@@ -97,8 +99,10 @@ enum Command {
     Dataset(DatasetArguments),
     /// Measure how far a picture is from a reference
     Compare(CompareArguments),
-    /// Measure the sharpness of a picture: the spatial frequency response of slanted edges (ISO 12233); and
-    /// the noise of a sensor
+    /// Draw a test chart that fills the picture of a lens, as a scene: slanted edges, a grid of dots, white
+    Chart(ChartArguments),
+    /// Measure a picture: the spatial frequency response of slanted edges (ISO 12233), distortion, and the noise
+    /// of a sensor
     Measure(MeasureArguments),
     /// Measure the speed of this machine, in about 10 s
     Bench(BenchArguments),
@@ -144,6 +148,7 @@ pub fn run() -> ExitCode {
         Command::Accuracy(arguments) => accuracy::run(&arguments),
         Command::Dataset(arguments) => dataset::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
+        Command::Chart(arguments) => chart::run(&arguments),
         Command::Measure(arguments) => measure::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
     };

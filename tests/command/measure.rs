@@ -4,7 +4,7 @@ use std::path::Path;
 
 use petzval_image::{BitDepth, EncodingOptions, Picture, PictureWindow};
 
-use crate::support::{folder, petzval};
+use crate::support::{folder, petzval, root};
 
 /// Writes an edge through the middle of a picture, sharp but for its pixels, in this slope (pixels a row).
 fn write_edge(folder: &Path, name: &str, slope: f64) {
@@ -184,8 +184,8 @@ fn pictures_of_uniform_light_give_back_the_parameters_of_their_sensor() {
     assert!(stdout.contains("full well (e-)"), "{stdout}");
 
     // What cannot be evaluated.
-    std::fs::write(at.join("small.png"), png_of(30, 30)).expect("a file");
-    std::fs::write(at.join("plain.png"), png_of(60, 60)).expect("a file");
+    std::fs::write(at.join("small.png"), png_of([30, 30], 30)).expect("a file");
+    std::fs::write(at.join("plain.png"), png_of([60, 60], 60)).expect("a file");
     let whole = std::fs::read(at.join("1.dng")).expect("a file");
     std::fs::write(at.join("cut.dng"), &whole[..whole.len() / 2]).expect("a file");
     for (list, expected) in [
@@ -212,7 +212,7 @@ fn pictures_of_uniform_light_give_back_the_parameters_of_their_sensor() {
         ("", "list.txt: it lists no pictures"),
         ("pictures\n", "list.txt:1:1: expected a line that begins with b, d or i"),
     ] {
-        std::fs::write(at.join("bright.png"), png_of(60, 200)).expect("a file");
+        std::fs::write(at.join("bright.png"), png_of([60, 60], 200)).expect("a file");
         std::fs::write(at.join("list.txt"), list).expect("a list");
         let (code, _, stderr) = petzval(at, &["measure", "noise", "list.txt"]);
         assert_eq!(code, 2, "{list}: {stderr}");
@@ -221,11 +221,111 @@ fn pictures_of_uniform_light_give_back_the_parameters_of_their_sensor() {
 }
 
 /// Returns a grey picture of this width and height, all of one code.
-fn png_of(side: u32, code: u8) -> Vec<u8> {
+fn png_of([width, height]: [u32; 2], code: u8) -> Vec<u8> {
     let mut bytes = Vec::new();
-    let image = image::GrayImage::from_pixel(side, side, image::Luma([code]));
+    let image = image::GrayImage::from_pixel(width, height, image::Luma([code]));
     image
         .write_to(&mut std::io::Cursor::new(&mut bytes), image::ImageFormat::Png)
         .expect("an encoder");
     bytes
+}
+
+/// Draws a chart, and returns the commands that it prints: to render and to measure it.
+fn draw_chart(at: &Path, kind: &str) -> Vec<Vec<String>> {
+    let lens = root().join("lenses/dgauss.50mm.dat").display().to_string();
+    let film = "--film-size 36x24 --resolution 600x400 --focus 2m --fstop 8";
+    let scene = format!("{kind}.pbrt");
+    let words = ["chart", kind, &lens].into_iter().chain(film.split(' ')).chain(["-o", &scene]);
+    let (code, stdout, stderr) = petzval(at, &words.collect::<Vec<_>>());
+    assert_eq!(code, 0, "{stderr}");
+    let words = |line: &str| line.split(' ').map(str::to_owned).collect();
+    stdout.lines().map(words).collect()
+}
+
+#[test]
+fn charts_are_rendered_and_measured_by_the_commands_that_they_print() {
+    let folder = folder();
+    let at = folder.path();
+    let run = |command: &[String], more: &[&str]| {
+        assert_eq!(command[0], "petzval");
+        let words: Vec<&str> =
+            command[1..].iter().map(String::as_str).chain(more.iter().copied()).collect();
+        let (code, stdout, stderr) = petzval(at, &words);
+        assert_eq!(code, 0, "{words:?}: {stderr}");
+        stdout
+    };
+    let (flat, edges, grid) =
+        (draw_chart(at, "flat"), draw_chart(at, "edges"), draw_chart(at, "grid"));
+    assert_eq!([flat.len(), edges.len(), grid.len()], [1, 2, 2]);
+    for commands in [&flat, &edges, &grid] {
+        run(&commands[0], &["--spp", "32", "-q"]);
+    }
+    let levels = |stdout: &str| -> Vec<f64> {
+        let found: serde_json::Value = serde_json::from_str(stdout).expect("JSON");
+        let edges = found["edges"].as_array().expect("edges");
+        assert_eq!(edges.len(), 18);
+        edges.iter().map(|edge| edge["levels"][1].as_f64().expect("a level")).collect()
+    };
+    // Without the falloff, all bright sides are those of the chart.
+    let spread = |levels: &[f64]| {
+        let [low, high] = [
+            levels.iter().copied().fold(9.0, f64::min),
+            levels.iter().copied().fold(0.0, f64::max),
+        ];
+        high / low
+    };
+    let seen = levels(&run(&edges[1], &["--json"]));
+    let divided = levels(&run(&edges[1], &["--json", "--flat", "flat.exr"]));
+    assert!(spread(&seen) > 1.1 && spread(&divided) < 1.02, "{seen:?} {divided:?}");
+    assert!(divided.iter().all(|level| (level - 0.72).abs() < 0.02), "{divided:?}");
+
+    let text = run(&grid[1], &["--csv", "dots.csv"]);
+    assert!(text.starts_with("187 dots in 17 columns and 11 rows"), "{text}");
+    let table = std::fs::read_to_string(at.join("dots.csv")).expect("a table");
+    assert_eq!(table.lines().count(), 188, "{table}");
+    let found: serde_json::Value = serde_json::from_str(&run(&grid[1], &["--json"])).expect("JSON");
+    let percent = found["distortion_percent"].as_f64().expect("a number");
+    assert!((percent + 1.25).abs() < 0.05, "{percent}");
+
+    for (arguments, expected) in [
+        ("measure grid flat.exr", "flat.exr: 0 dark dots in a grid of"),
+        ("measure grid gone.exr", "gone.exr"),
+        ("measure grid grid.exr --csv grid.exr", "grid.exr"),
+        ("measure edges.exr --edge 0,0,50,50 --flat gone.exr", "gone.exr"),
+        (
+            "measure edges.exr --edge 0,0,50,50 --flat plain.png",
+            "--flat plain.png: 30 x 30 pixels; expected 600 x 400",
+        ),
+        (
+            "measure edges.exr --edge 0,0,50,50 --flat black.png",
+            "--flat black.png: pixel 0,0 is black",
+        ),
+    ] {
+        std::fs::write(at.join("plain.png"), png_of([30, 30], 200)).expect("a file");
+        std::fs::write(at.join("black.png"), png_of([600, 400], 0)).expect("a file");
+        let words: Vec<&str> = arguments.split(' ').collect();
+        let (code, _, stderr) = petzval(at, &words);
+        assert!(code == 2 && stderr.contains(expected), "{arguments}: {stderr}");
+    }
+    let lens = root().join("lenses/dgauss.50mm.dat").display().to_string();
+    for (arguments, expected) in [
+        (
+            "edges LENS --film-size 36x24 --resolution 600x400 -o a.pbrt",
+            "expected a finite --focus, such as 2m",
+        ),
+        (
+            "edges LENS --film-size 36x24 --resolution 60x40 --focus 2m -o a.pbrt",
+            "at least 400 x 400 pixels",
+        ),
+        ("grid LENS --film-size 36x24 --resolution 600x400 --focus 2m -o gone/a.pbrt", "gone"),
+        ("grid LENS --film-size 36x24 --resolution 600x400 --focus 2m -o LENS", "dgauss.50mm.dat"),
+        ("grid gone.dat --film-size 36x24 --resolution 600x400 --focus 2m -o a.pbrt", "gone.dat"),
+        ("bars LENS --film-size 36x24 --resolution 600x400 --focus 2m -o a.pbrt", "bars"),
+    ] {
+        let words = arguments.split(' ').map(|word| if word == "LENS" { &lens } else { word });
+        let (code, _, stderr) =
+            petzval(at, &["chart"].into_iter().chain(words).collect::<Vec<_>>());
+        assert!(code == 2 && stderr.contains(expected), "{arguments}: {stderr}");
+        assert!(!at.join("a.pbrt").exists(), "{arguments}");
+    }
 }

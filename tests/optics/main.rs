@@ -4,6 +4,7 @@
 mod support;
 
 mod calibrate;
+mod charts;
 mod draw;
 mod edge_response;
 mod exposure;

@@ -1,6 +1,7 @@
 //! `petzval lens`: shows, draws and traces a lens file.
 
 mod calibrate;
+mod camera;
 mod conditions;
 mod convert;
 mod json;
@@ -26,6 +27,7 @@ use super::outputs::claim_writable;
 use super::progress::StepBar;
 use super::{Failure, Outcome, message};
 use calibrate::CalibrateArguments;
+pub(super) use camera::LensCameraArguments;
 use conditions::StopArguments;
 use convert::ConvertArguments;
 use optimize::OptimizeArguments;

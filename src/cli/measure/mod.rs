@@ -1,12 +1,14 @@
-//! `petzval measure`: spatial frequency response of slanted edges in a picture, and the noise of a sensor.
+//! `petzval measure`: spatial frequency response of slanted edges in a picture, distortion, and the noise of a sensor.
 
+mod grid;
 mod noise;
 
 use std::fmt::Write as _;
 use std::io::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Subcommand, ValueEnum};
+use grid::GridArguments;
 use noise::NoiseArguments;
 use petzval_base::io::{Outputs, ReadContext, path_excerpt};
 use petzval_image::{Picture, Transfer};
@@ -40,6 +42,9 @@ pub(super) struct MeasureArguments {
     /// Channel to measure: luminance, red, green or blue
     #[arg(long, value_enum, default_value_t)]
     channel: Channel,
+    /// Picture of a white chart, by which the picture is divided: the light of the lens falls off to the corners
+    #[arg(long, value_name = "PICTURE")]
+    flat: Option<PathBuf>,
     /// Pixel pitch (um), for frequencies in cycles/mm
     #[arg(long, value_name = "UM", value_parser = pixel_pitch)]
     pixel: Option<f64>,
@@ -53,6 +58,8 @@ pub(super) struct MeasureArguments {
 
 #[derive(Debug, Subcommand)]
 enum MeasureCommand {
+    /// Measure distortion and lateral colour from a picture of a grid of dark dots
+    Grid(GridArguments),
     /// Measure the noise of a sensor from pictures of uniform light (EMVA 1288): gain, read noise, DSNU,
     /// PRNU, full well
     Noise(NoiseArguments),
@@ -82,13 +89,19 @@ impl Channel {
 }
 
 pub(super) fn run(arguments: &MeasureArguments) -> Result<Outcome, Failure> {
-    let MeasureArguments { command, picture, edge: regions, channel, csv, json, .. } = arguments;
-    if let Some(MeasureCommand::Noise(arguments)) = command {
-        return noise::run(arguments);
+    let MeasureArguments { command, picture, edge: regions, channel, flat, csv, json, .. } =
+        arguments;
+    match command {
+        Some(MeasureCommand::Grid(arguments)) => return grid::run(arguments),
+        Some(MeasureCommand::Noise(arguments)) => return noise::run(arguments),
+        None => {}
     }
     let path = picture.as_ref().ok_or("expected the name of a picture")?;
     let context = ReadContext::default();
-    let picture = Picture::read_with(path, Transfer::Srgb, &context)?;
+    let mut picture = Picture::read_with(path, Transfer::Srgb, &context)?;
+    if let Some(flat) = flat {
+        divide(&mut picture, flat, &context)?;
+    }
     let csv =
         csv.as_ref().map(|csv| claim_writable(&Outputs::beside(&context.files()), csv, "--csv"));
     let csv = csv.transpose()?;
@@ -118,6 +131,31 @@ pub(super) fn run(arguments: &MeasureArguments) -> Result<Outcome, Failure> {
         true => format!("{:#}\n", json_of(arguments, &edges)),
         false => text_of(arguments, &edges),
     })
+}
+
+/// Divides a picture by that of a white chart.
+fn divide(picture: &mut Picture, flat: &Path, context: &ReadContext) -> Result<(), Failure> {
+    let white = Picture::read_with(flat, Transfer::Srgb, context)?;
+    let file = path_excerpt(flat);
+    let ([width, height], expected) = (white.size, picture.size);
+    if white.size != expected {
+        return Err(format!(
+            "--flat {file}: {width} x {height} pixels; expected {} x {}, as in the picture",
+            expected[0], expected[1]
+        )
+        .into());
+    }
+    for (i, (pixel, white)) in picture.pixels.iter_mut().zip(&white.pixels).enumerate() {
+        if white.iter().any(|&value| value <= 0.0) {
+            let [x, y] = [i % width, i / width];
+            return Err(format!(
+                "--flat {file}: pixel {x},{y} is black; expected a picture of a white chart, as of petzval chart flat"
+            )
+            .into());
+        }
+        *pixel = [0, 1, 2].map(|c| pixel[c] / white[c]);
+    }
+    Ok(())
 }
 
 /// Returns the responses: a row for each frequency, a column for each edge.

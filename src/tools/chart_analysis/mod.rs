@@ -1,7 +1,12 @@
-//! Analysis of photographed test charts: spatial frequency response of slanted edges.
+//! Analysis of photographed test charts: spatial frequency response of slanted edges, distortion and lateral colour of
+//! a grid of dots.
 
+mod dot_grid;
+mod dots;
 mod edge;
 mod edge_response;
+mod grid_order;
 
+pub use dot_grid::{DotGrid, GridDot, GridError};
 pub use edge::EdgeError;
 pub use edge_response::{EdgeAxis, EdgeResponse};

@@ -16,13 +16,10 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use petzval_base::io::{OutputFile, Outputs, ReadContext};
-use petzval_lens::{FocusModel, Pose, Prescription, RealRayFocus};
-use petzval_optics::{Calibration, CalibrationSetup, FieldRay, PixelGrid};
-use petzval_render::prepare::settings;
+use petzval_lens::RealRayFocus;
+use petzval_optics::{Calibration, CalibrationSetup, FieldRay};
 
-use super::conditions::StopArguments;
-use crate::cli::arguments::lens_file::LensFileArguments;
-use crate::cli::arguments::values::{focus_distance, sensor_size, typed};
+use super::camera::LensCameraArguments;
 use crate::cli::outputs::{CreatedFolders, check_writable, claim};
 use crate::cli::progress::StepBar;
 use crate::cli::{Failure, Outcome};
@@ -33,45 +30,14 @@ const MAX_PIXELS: u64 = 1 << 26;
 /// Arguments of `petzval lens calibrate`.
 #[derive(Debug, clap::Args)]
 pub(super) struct CalibrateArguments {
-    /// Lens file of any format that petzval reads
-    lens: PathBuf,
-    /// Size of the film or sensor, such as 36x24 or 36mmx24mm (numbers alone are in mm)
-    ///
-    /// The picture uses the largest part of it that has the aspect of --resolution: pixels are
-    /// square
-    // --sensor is its older name, which petzval render has for the readout.
-    #[arg(
-        long = "film-size",
-        alias = "sensor",
-        value_name = "WxH",
-        value_parser = sensor_size,
-        allow_hyphen_values = true
-    )]
-    sensor: [f64; 2],
-    /// Size of the picture in pixels
-    #[arg(long, value_name = "WxH", value_parser = typed(settings::resolution))]
-    resolution: [u32; 2],
-    /// Distance in focus from the film plane, such as 2m, 850mm or inf
-    ///
-    /// A number alone is in metres
-    #[arg(
-        long,
-        value_name = "2m|850mm|inf",
-        value_parser = focus_distance,
-        allow_hyphen_values = true,
-        default_value = "inf"
-    )]
-    focus: f64,
     #[command(flatten)]
-    stop: StopArguments,
+    camera: LensCameraArguments,
     /// Ray that stands for a pixel
     ///
     /// The centroid of all rays that pass, where pictures show points, or the chief ray through the
     /// centre of the stop
     #[arg(long, value_enum, default_value_t)]
     ray: RayArgument,
-    #[command(flatten)]
-    file: LensFileArguments,
     /// Folder for the files; it is made if it is missing
     #[arg(short, long, value_name = "FOLDER")]
     output: PathBuf,
@@ -147,7 +113,8 @@ const NAMES: [&str; 15] = [
 ];
 
 pub(super) fn run(arguments: &CalibrateArguments) -> Result<Outcome, Failure> {
-    let CalibrateArguments { lens: file, sensor, resolution, output, .. } = arguments;
+    let CalibrateArguments { camera, output, ray } = arguments;
+    let LensCameraArguments { lens: file, sensor, resolution, .. } = camera;
     let pixels = u64::from(resolution[0]) * u64::from(resolution[1]);
     if pixels > MAX_PIXELS {
         return Err(format!(
@@ -157,26 +124,18 @@ pub(super) fn run(arguments: &CalibrateArguments) -> Result<Outcome, Failure> {
         .into());
     }
     let context = ReadContext::default();
-    let lens = arguments.file.options().read(file, &context)?;
-    super::warn_of_notes(file, &lens);
-    super::warn_indices(file, &lens, [lens.design.primary_wavelength(); 2]);
+    let lens = camera.read(&context)?;
     let mut folders = CreatedFolders::default();
     folders
         .create(output)
         .map_err(|error| format!("cannot make the folder {}: {error}", output.display()))?;
-    let files = CalibrationFiles::new(output, &arguments.file.outputs(&context.files()))?;
+    let files = CalibrationFiles::new(output, &camera.file.outputs(&context.files()))?;
     check_writable(&output.join(NAMES[0]), "-o")?;
 
     let bar = StepBar::start("calibration");
-    let used = PixelGrid::used_part(*resolution, *sensor);
-    let (lens, film_distance) = focused(file, lens, arguments, used)?;
-    let setup = CalibrationSetup {
-        lens: &lens,
-        film_distance,
-        film_pose: Pose::ALIGNED,
-        pixels: PixelGrid::new(*resolution, used[0]),
-        ray: arguments.ray.into(),
-    };
+    let focused = camera.focused(lens)?;
+    let setup = CalibrationSetup { ray: (*ray).into(), ..focused.setup() };
+    let lens = &focused.lens;
     let named = |error: &dyn std::fmt::Display| format!("{}: {error}", file.display());
     let calibration = setup.calibrate().map_err(|error| named(&error))?;
     let other = match setup.ray {
@@ -186,7 +145,7 @@ pub(super) fn run(arguments: &CalibrateArguments) -> Result<Outcome, Failure> {
     let other = CalibrationSetup { ray: other, ..setup }.calibrate().ok();
     let report = Report {
         chief_difference: other.and_then(|other| calibration.largest_difference(&other)),
-        f_number: RealRayFocus::new(&lens).f_number(),
+        f_number: RealRayFocus::new(lens).f_number(),
         stop_diameter: lens.rows[lens.stop()].diameter,
         sensor: *sensor,
         setup,
@@ -200,35 +159,6 @@ pub(super) fn run(arguments: &CalibrateArguments) -> Result<Outcome, Failure> {
         let _ = file.remove();
     }
     crate::cli::print(&summary::text(&report, output, &written))
-}
-
-/// Returns the lens with its stop and its focus, and the distance of its film.
-fn focused(
-    file: &Path,
-    mut lens: Prescription,
-    arguments: &CalibrateArguments,
-    film: [f64; 2],
-) -> Result<(Prescription, f64), Failure> {
-    let named = |problem: String| Failure::from(format!("{}: {problem}", file.display()));
-    arguments.stop.stop_down(&mut lens)?;
-    let (focus, diagonal) = (arguments.focus, film[0].hypot(film[1]));
-    let refused = |error: petzval_lens::FocusError| named(error.to_string());
-    let model = FocusModel::Sharpest;
-    let (lens, distance) = match lens.focus_by_groups(focus, model, diagonal) {
-        Some(focused) => focused.map_err(refused)?,
-        None => {
-            let distance = model.film(&lens, focus, diagonal).map_err(refused)?;
-            (lens, distance)
-        }
-    };
-    let rim = lens.rear_reach();
-    match distance > rim {
-        true => Ok((lens, distance)),
-        false => Err(named(format!(
-            "the film, {distance:.4} mm behind the rear vertex, would stand inside the lens, which \
-             reaches {rim:.4} mm behind it; focus nearer"
-        ))),
-    }
 }
 
 impl Report<'_> {

@@ -1,0 +1,91 @@
+//! `petzval chart`: test charts as scenes.
+
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+use clap::ValueEnum;
+use petzval_base::io::ReadContext;
+use petzval_lens::RealRayFocus;
+use petzval_tools::charts::{Chart, ChartCamera, ChartKind, ChartView};
+
+use super::arguments::argv::{argv, shell_line};
+use super::lens::LensCameraArguments;
+use super::outputs::claim_writable;
+use super::{Failure, Outcome};
+
+/// Arguments of `petzval chart`.
+#[derive(Debug, clap::Args)]
+pub(super) struct ChartArguments {
+    /// Chart: slanted edges, a grid of dots, or white
+    #[arg(value_enum)]
+    kind: KindArgument,
+    #[command(flatten)]
+    camera: LensCameraArguments,
+    /// Scene to write, such as chart.pbrt
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum KindArgument {
+    /// Slanted squares in nine places, of 4:1 contrast (ISO 12233)
+    Edges,
+    /// Black dots in a square grid on white
+    Grid,
+    /// White everywhere
+    Flat,
+}
+
+impl From<KindArgument> for ChartKind {
+    fn from(kind: KindArgument) -> Self {
+        match kind {
+            KindArgument::Edges => Self::Edges,
+            KindArgument::Grid => Self::Grid,
+            KindArgument::Flat => Self::Flat,
+        }
+    }
+}
+
+pub(super) fn run(arguments: &ChartArguments) -> Result<Outcome, Failure> {
+    let ChartArguments { kind, camera, output } = arguments;
+    let context = ReadContext::default();
+    let lens = camera.read(&context)?;
+    let file = claim_writable(&camera.file.outputs(&context.files()), output, "-o")?;
+    let focused = camera.focused(lens)?;
+    let named = |error: &dyn std::fmt::Display| format!("{}: {error}", camera.lens.display());
+    let calibration = focused.setup().calibrate_quickly().map_err(|error| named(&error))?;
+    let view = ChartView::new(&calibration).map_err(|error| named(&error))?;
+    let chart = Chart::new((*kind).into(), &view).map_err(|error| named(&error))?;
+    let lens_path = std::path::absolute(&camera.lens)?;
+    let description = ChartCamera {
+        lens: &lens_path,
+        stop_diameter: focused.lens.rows[focused.lens.stop()].diameter,
+        f_number: RealRayFocus::new(&focused.lens).f_number(),
+    };
+    let text = chart.scene(&view, &description, &shell_line(&argv()));
+    let text = text.map_err(|error| named(&error))?;
+    file.write(|file| file.write_all(text.as_bytes()))
+        .map_err(|error| format!("cannot write {}: {error}", file.display()))?;
+    super::print(&next_steps(&chart, output))
+}
+
+/// Returns the commands that photograph the chart and measure the picture.
+fn next_steps(chart: &Chart, scene: &Path) -> String {
+    let picture = scene.with_extension("exr");
+    let word = |path: &Path| path.display().to_string();
+    let line = |words: &[&str]| {
+        shell_line(&words.iter().map(|word| (*word).to_owned()).collect::<Vec<_>>())
+    };
+    let mut text = line(&["petzval", "render", &word(scene), "-o", &word(&picture)]) + "\n";
+    if chart.spacing > 0.0 {
+        text += &(line(&["petzval", "measure", "grid", &word(&picture)]) + "\n");
+    }
+    if !chart.edges.is_empty() {
+        text += &line(&["petzval", "measure", &word(&picture)]);
+        for [low, high] in &chart.edges {
+            text += &format!(" --edge {},{},{},{}", low[0], low[1], high[0], high[1]);
+        }
+        text.push('\n');
+    }
+    text
+}

@@ -1,0 +1,130 @@
+//! `petzval measure grid`: distortion and lateral colour.
+
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::path::PathBuf;
+
+use petzval_base::io::{Outputs, ReadContext, path_excerpt};
+use petzval_image::{Picture, Transfer};
+use petzval_tools::chart_analysis::{DotGrid, GridDot};
+use serde_json::{Value, json};
+
+use super::super::outputs::claim_writable;
+use super::super::{Failure, Outcome};
+
+/// Rings of the table, by their distance from the middle.
+const RINGS: usize = 8;
+
+/// Arguments of `petzval measure grid`.
+#[derive(Debug, clap::Args)]
+pub(super) struct GridArguments {
+    /// Picture: .exr, .hdr, .pfm, .png, .jpg, .tif
+    picture: PathBuf,
+    /// Write a row for each dot: place in the grid, position, distortion, lateral colour
+    #[arg(long, value_name = "FILE")]
+    csv: Option<PathBuf>,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+pub(super) fn run(arguments: &GridArguments) -> Result<Outcome, Failure> {
+    let GridArguments { picture: path, csv, json } = arguments;
+    let context = ReadContext::default();
+    let picture = Picture::read_with(path, Transfer::Srgb, &context)?;
+    let csv =
+        csv.as_ref().map(|csv| claim_writable(&Outputs::beside(&context.files()), csv, "--csv"));
+    let csv = csv.transpose()?;
+    let grid =
+        DotGrid::measure(&picture).map_err(|error| format!("{}: {error}", path_excerpt(path)))?;
+    if let Some(csv) = csv {
+        csv.write(|file| file.write_all(table(&grid).as_bytes()))
+            .map_err(|error| format!("cannot write {}: {error}", csv.display()))?;
+    }
+    super::super::print(&match json {
+        true => format!("{:#}\n", json_of(&grid)),
+        false => text_of(&grid),
+    })
+}
+
+/// Returns a row for each dot.
+fn table(grid: &DotGrid) -> String {
+    let mut text = "column,row,x,y,radius,distortion %,red,blue\n".to_owned();
+    for dot in &grid.dots {
+        let GridDot { index: [column, row], at: [x, y], distortion, .. } = dot;
+        let [red, blue] = grid.lateral_colour(dot);
+        let radius = grid.radius(dot);
+        let _ = writeln!(
+            text,
+            "{column},{row},{x:.4},{y:.4},{radius:.4},{:.4},{red:.4},{blue:.4}",
+            100.0 * distortion
+        );
+    }
+    text
+}
+
+/// Returns the dots in rings of equal width about the middle.
+fn rings(grid: &DotGrid) -> Vec<Vec<&GridDot>> {
+    let largest = grid.radius(grid.farthest()) * (1.0 + 1e-9);
+    let mut rings = vec![Vec::new(); RINGS];
+    for dot in &grid.dots {
+        rings[(grid.radius(dot) / largest * RINGS as f64) as usize].push(dot);
+    }
+    rings.retain(|ring| !ring.is_empty());
+    rings
+}
+
+fn text_of(grid: &DotGrid) -> String {
+    let farthest = grid.farthest();
+    let indices = |axis: usize| grid.dots.iter().map(move |dot| dot.index[axis]);
+    let count = |axis| indices(axis).max().unwrap_or(0) - indices(axis).min().unwrap_or(0) + 1;
+    let [[x, y], _] = grid.steps;
+    let mut text = format!(
+        "{} dots in {} columns and {} rows, {:.3} pixels apart in the middle, turned by {:.2} degrees\n\
+         distortion {:+.3} % at the farthest dot, {:.1} pixels from the middle\n\
+         the polynomial of the distortion fits the dots within {:.3} pixels RMS\n\n",
+        grid.dots.len(),
+        count(0),
+        count(1),
+        x.hypot(y),
+        y.atan2(x).to_degrees(),
+        100.0 * farthest.distortion,
+        grid.radius(farthest),
+        grid.residual,
+    );
+    text += "radius (pixels)  dots  distortion (%)  lateral colour (pixels): red      blue\n";
+    for ring in rings(grid) {
+        let mean = |of: &dyn Fn(&GridDot) -> f64| {
+            ring.iter().map(|dot| of(dot)).sum::<f64>() / ring.len() as f64
+        };
+        let _ = writeln!(
+            text,
+            "{:>15.1}  {:>4}  {:>+14.3}  {:>+28.3}  {:>+8.3}",
+            mean(&|dot| grid.radius(dot)),
+            ring.len(),
+            mean(&|dot| 100.0 * dot.distortion),
+            mean(&|dot| grid.lateral_colour(dot)[0]),
+            mean(&|dot| grid.lateral_colour(dot)[1]),
+        );
+    }
+    text
+}
+
+fn json_of(grid: &DotGrid) -> Value {
+    let dot = |dot: &GridDot| {
+        json!({
+            "index": dot.index,
+            "at": dot.at,
+            "distortion_percent": 100.0 * dot.distortion,
+            "red_less_green": dot.colour[0],
+            "blue_less_green": dot.colour[1],
+        })
+    };
+    json!({
+        "middle": grid.middle,
+        "steps": grid.steps,
+        "residual": grid.residual,
+        "distortion_percent": 100.0 * grid.farthest().distortion,
+        "dots": grid.dots.iter().map(dot).collect::<Vec<Value>>(),
+    })
+}

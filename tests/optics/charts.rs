@@ -1,0 +1,138 @@
+//! Test charts: what is measured in their pictures is what the lens does.
+
+use petzval_image::Picture;
+use petzval_lens::{FocusModel, Pose, Prescription, RealRayFocus};
+use petzval_optics::{Calibration, CalibrationSetup, FieldRay, PixelGrid};
+use petzval_render::Backend;
+use petzval_render::prepare::{Changes, prepare};
+use petzval_scene_formats::pbrt;
+use petzval_tools::chart_analysis::{DotGrid, EdgeAxis, EdgeResponse};
+use petzval_tools::charts::{Chart, ChartCamera, ChartKind, ChartView};
+
+use crate::support::{folder, picture, root, write};
+
+fn lens(name: &str) -> Prescription {
+    petzval_lens_formats::read(&root().join("lenses").join(name)).expect("a lens of the repository")
+}
+
+/// A chart, how the lens sees it, and its picture.
+struct Photograph {
+    calibration: Calibration,
+    chart: Chart,
+    picture: Picture,
+}
+
+/// Photographs a chart at 2 m on a film of this width (mm), at f/8.
+fn photograph(
+    kind: ChartKind,
+    (name, width): (&str, f64),
+    resolution: [u32; 2],
+    samples: u32,
+) -> Photograph {
+    let mut lens = lens(name);
+    lens.stop_down(lens.f_number_diameter(8.0).expect("an f-number"));
+    let pixels = PixelGrid::new(resolution, width);
+    let diagonal = 2.0 * pixels.half_diagonal();
+    let film_distance = FocusModel::Sharpest.film(&lens, 2000.0, diagonal).expect("a focus");
+    let ray = FieldRay::Centroid;
+    let setup =
+        CalibrationSetup { lens: &lens, film_distance, film_pose: Pose::ALIGNED, pixels, ray };
+    let calibration = setup.calibrate_quickly().expect("a calibration");
+    let view = ChartView::new(&calibration).expect("a plane");
+    let chart = Chart::new(kind, &view).expect("a chart");
+    let camera = ChartCamera {
+        lens: &root().join("lenses").join(name),
+        stop_diameter: lens.rows[lens.stop()].diameter,
+        f_number: RealRayFocus::new(&lens).f_number(),
+    };
+    let text = chart.scene(&view, &camera, "this test").expect("a scene");
+    let folder = folder();
+    let description = pbrt::read(&write(&folder, "chart.pbrt", text)).expect("a scene");
+    let effects = "none".parse().expect("a selection");
+    let changes = Changes { effects, ..Changes::default() };
+    let mut job = prepare(description, &changes).expect("a job").job;
+    job.samples = 0..samples;
+    let picture = picture(&job, Backend::Simd, 2);
+    Photograph { calibration, chart, picture }
+}
+
+#[test]
+fn distortion_in_a_picture_of_the_grid_is_that_of_the_calibration() {
+    for (lens, resolution) in
+        [(("dgauss.50mm.dat", 36.0), [720, 480]), (("wide.22mm.dat", 16.0), [480, 720])]
+    {
+        let Photograph { calibration, chart, picture, .. } =
+            photograph(ChartKind::Grid, lens, resolution, 128);
+        let grid = DotGrid::measure(&picture).expect("a grid");
+        let view = ChartView::new(&calibration).expect("a plane");
+        let middle = view.chart_point(calibration.pixels.centre()).expect("light");
+        let beside = calibration.pixels.centre().map(|at| at + 1.0);
+        let width = (view.chart_point(beside).expect("light")[0] - middle[0]).abs();
+        let mut worst: f64 = 0.0;
+        for dot in &grid.dots {
+            let [x, y] = view.chart_point(dot.at).expect("light");
+            let [column, row] = dot.index.map(f64::from);
+            let off = [x - column * chart.spacing, y + row * chart.spacing].map(|off| off / width);
+            worst = worst.max(off[0].hypot(off[1]));
+        }
+        let farthest = grid.farthest();
+        println!(
+            "{}: {} dots, {:+.3} % at the farthest, off by {worst:.4} pixels, residual {:.4}",
+            lens.0,
+            grid.dots.len(),
+            100.0 * farthest.distortion,
+            grid.residual
+        );
+        assert!(grid.dots.len() >= 150, "{} dots", grid.dots.len());
+        assert!(worst < 0.05, "{}: {worst} pixels", lens.0);
+        assert!(grid.residual < 0.05, "{}", grid.residual);
+        assert!((grid.steps[0][0] * width / chart.spacing - 1.0).abs() < 2e-3, "{:?}", grid.steps);
+        // The whole chart is lit alike: as much light as the f-number says.
+        let white = picture.pixels.iter().map(|pixel| pixel[1]).fold(0.0, f32::max);
+        assert!((0.75..1.05).contains(&white), "{white}");
+        // Distortion by the calibration, at the farthest dot.
+        let [x, y] = farthest.index.map(|n| f64::from(n) * chart.spacing / width);
+        let said = grid.radius(farthest) / x.hypot(y) - 1.0;
+        assert!((said - farthest.distortion).abs() < 1e-3, "{said} {}", farthest.distortion);
+    }
+}
+
+#[test]
+fn squares_of_the_edge_chart_lie_where_it_says() {
+    let lens = ("dgauss.50mm.dat", 36.0);
+    let Photograph { chart, picture, .. } = photograph(ChartKind::Edges, lens, [600, 400], 64);
+    assert_eq!(chart.edges.len(), 18);
+    for (i, region) in chart.edges.iter().enumerate() {
+        let region = region.map(|at| at.map(|n| n as usize));
+        let edge = EdgeResponse::measure(&picture, region, |pixel| f64::from(pixel[1]));
+        let edge = edge.unwrap_or_else(|error| panic!("edge {i}, {region:?}: {error}"));
+        // Left edges, whose column falls with the row, and upper ones, whose row rises with the column.
+        let (axis, degrees) = if i % 2 == 0 { (EdgeAxis::X, -5.0) } else { (EdgeAxis::Y, 5.0) };
+        assert_eq!(edge.axis, axis, "edge {i}");
+        assert!((edge.angle - degrees).abs() < 0.3, "edge {i}: {}", edge.angle);
+        assert!((edge.contrast() - 0.6).abs() < 0.03, "edge {i}: {}", edge.contrast());
+    }
+}
+
+#[test]
+fn charts_that_cannot_fill_the_picture_are_refused() {
+    let refused = |name: &str, focus: f64, resolution: [u32; 2], kind| {
+        let lens = lens(name);
+        let pixels = PixelGrid::new(resolution, 36.0);
+        let diagonal = 2.0 * pixels.half_diagonal();
+        let film_distance = FocusModel::Sharpest.film(&lens, focus, diagonal).expect("a focus");
+        let ray = FieldRay::Centroid;
+        let setup =
+            CalibrationSetup { lens: &lens, film_distance, film_pose: Pose::ALIGNED, pixels, ray };
+        let calibration = setup.calibrate_quickly().expect("a calibration");
+        let chart =
+            ChartView::new(&calibration).and_then(|view| Chart::new(kind, &view).map(|_| ()));
+        chart.expect_err("no chart").to_string()
+    };
+    let infinite = refused("dgauss.50mm.dat", f64::INFINITY, [600, 400], ChartKind::Flat);
+    assert!(infinite.contains("expected a finite 'focus'"), "{infinite}");
+    let fisheye = refused("fisheye.10mm.dat", 2000.0, [600, 400], ChartKind::Grid);
+    assert!(fisheye.contains("no flat chart fills the picture"), "{fisheye}");
+    let small = refused("dgauss.50mm.dat", 2000.0, [300, 200], ChartKind::Edges);
+    assert!(small.contains("at least 400 x 400 pixels; found 300 x 200"), "{small}");
+}
