@@ -49,6 +49,15 @@ impl From<KindArgument> for ChartKind {
 pub(super) fn run(arguments: &ChartArguments) -> Result<Outcome, Failure> {
     let ChartArguments { kind, camera, output } = arguments;
     let context = ReadContext::default();
+    let is_scene =
+        output.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("pbrt"));
+    if !is_scene {
+        return Err(format!("-o {}: expected the name of a scene, .pbrt", output.display()).into());
+    }
+    let lens_path = std::path::absolute(&camera.lens)?;
+    if lens_path.to_string_lossy().contains(char::is_control) {
+        return Err("a scene cannot name a lens file with control characters in its path".into());
+    }
     let lens = camera.read(&context)?;
     let file = claim_writable(&camera.file.outputs(&context.files()), output, "-o")?;
     let focused = camera.focused(lens)?;
@@ -56,7 +65,6 @@ pub(super) fn run(arguments: &ChartArguments) -> Result<Outcome, Failure> {
     let calibration = focused.setup().calibrate_quickly().map_err(|error| named(&error))?;
     let view = ChartView::new(&calibration).map_err(|error| named(&error))?;
     let chart = Chart::new((*kind).into(), &view).map_err(|error| named(&error))?;
-    let lens_path = std::path::absolute(&camera.lens)?;
     let description = ChartCamera {
         lens: &lens_path,
         stop_diameter: focused.lens.rows[focused.lens.stop()].diameter,
@@ -66,26 +74,48 @@ pub(super) fn run(arguments: &ChartArguments) -> Result<Outcome, Failure> {
     let text = text.map_err(|error| named(&error))?;
     file.write(|file| file.write_all(text.as_bytes()))
         .map_err(|error| format!("cannot write {}: {error}", file.display()))?;
-    super::print(&next_steps(&chart, output))
+    super::print(&next_steps(&chart, output, focused.setup().disperses()))
 }
 
-/// Returns the commands that photograph the chart and measure the picture.
-fn next_steps(chart: &Chart, scene: &Path) -> String {
+/// Returns the commands that photograph the chart and measure the picture. Lateral colour counts long before it is seen.
+fn next_steps(chart: &Chart, scene: &Path, disperses: bool) -> String {
     let picture = scene.with_extension("exr");
-    let word = |path: &Path| path.display().to_string();
+    let [scene, picture] = [scene, &picture].map(|path| path.display().to_string());
     let line = |words: &[&str]| {
         shell_line(&words.iter().map(|word| (*word).to_owned()).collect::<Vec<_>>())
     };
-    let mut text = line(&["petzval", "render", &word(scene), "-o", &word(&picture)]) + "\n";
+    let mut render = vec!["petzval", "render", &scene, "-o", &picture];
+    if disperses {
+        render.extend(["--effects", "+dispersion"]);
+    }
+    let argv = argv();
+    let of_lens = lens_file_words(&argv);
+    render.extend(of_lens.iter().map(String::as_str));
+    let mut text = line(&render) + "\n";
     if chart.spacing > 0.0 {
-        text += &(line(&["petzval", "measure", "grid", &word(&picture)]) + "\n");
+        text += &(line(&["petzval", "measure", "grid", &picture]) + "\n");
     }
     if !chart.edges.is_empty() {
-        text += &line(&["petzval", "measure", &word(&picture)]);
+        text += &line(&["petzval", "measure", &picture]);
         for [low, high] in &chart.edges {
             text += &format!(" --edge {},{},{},{}", low[0], low[1], high[0], high[1]);
         }
         text.push('\n');
     }
     text
+}
+
+/// Returns the words of the command that choose what the lens file means, which the render needs too.
+fn lens_file_words(argv: &[String]) -> Vec<String> {
+    let mut words = Vec::new();
+    let mut argv = argv.iter().peekable();
+    while let Some(word) = argv.next() {
+        let name = word.split('=').next().unwrap_or(word);
+        let has_value = ["--zoom", "--wavelengths", "--catalogue"].contains(&name);
+        if has_value || name == "--approximate" {
+            words.push(word.clone());
+            words.extend(argv.next_if(|_| has_value && !word.contains('=')).cloned());
+        }
+    }
+    words
 }

@@ -1,5 +1,7 @@
 //! Codes of a sensor as they were read out, without a picture made of them.
 
+use std::fs::File;
+use std::io::Read;
 use std::path::Path;
 
 use image::DynamicImage;
@@ -18,6 +20,8 @@ pub struct RawCodes {
     /// Channels behind the filters of the first two by two pixels, in reading order: 0 red, 1 green, 2 blue; `None`
     /// for a sensor without filters.
     pub filters: Option<[u8; 4]>,
+    /// Bits of a code in the file: 8 or 16.
+    pub bits: u32,
 }
 
 impl RawCodes {
@@ -32,10 +36,11 @@ impl RawCodes {
         context.register(path).map_err(io)?;
         match extension(path).as_str() {
             "dng" => {
-                let bytes = context.bytes(path).map_err(|error| malformed(error.to_string()))?;
+                let bytes = context.bytes(path).map_err(|error| io(error.source))?;
                 tiff::read_mosaic(&bytes).map_err(malformed)
             }
             "png" | "tif" | "tiff" => {
+                let bits = declared_bits(path).map_err(malformed)?;
                 let (image, held) = display::decode(path, context)?;
                 let size = [image.width() as usize, image.height() as usize];
                 let codes = match image {
@@ -50,7 +55,7 @@ impl RawCodes {
                     }
                 };
                 held.keep(2 * codes.len() as u64).map_err(too_large)?;
-                Ok(Self { size, codes, filters: None })
+                Ok(Self { size, codes, filters: None, bits })
             }
             found => Err(ImageError::Format {
                 path: path.to_owned(),
@@ -58,5 +63,21 @@ impl RawCodes {
                 known: ".dng, .png, .tif and .tiff",
             }),
         }
+    }
+}
+
+/// Returns the bits of a grey file whose samples grow with the light.
+///
+/// # Errors
+/// Returns what was found if they are neither 8 nor 16, which the decoder would scale, or if white is 0.
+fn declared_bits(path: &Path) -> Result<u32, String> {
+    let mut head = [0; 26];
+    let read = File::open(path).and_then(|mut file| file.read_exact(&mut head));
+    let is_png = read.is_ok() && head.starts_with(b"\x89PNG\r\n\x1a\n");
+    // The header of a PNG stands first; its bits follow the size.
+    let bits = if is_png { u32::from(head[24]) } else { tiff::bits_of_codes(path)? };
+    match bits {
+        8 | 16 => Ok(bits),
+        _ => Err(format!("its samples have {bits} bits; expected 8 or 16")),
     }
 }

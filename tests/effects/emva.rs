@@ -45,12 +45,12 @@ fn emva_1288_parameters_of_flat_fields_are_those_put_in() {
     near("K", found.gain, gain, 5e-3);
     near("quantum efficiency", found.quantum_efficiency.expect("photons"), 0.5, 5e-3);
     // The dark current adds 100 electrons to the mean and to the variance.
-    near("dark signal", found.dark_mean / found.gain, 100.0, 5e-3);
-    near("dark noise", found.dark_noise.pixel, 116.0_f64.sqrt(), 5e-3);
-    near("read noise", (found.dark_noise.variance() - 100.0).sqrt(), 4.0, 0.02);
-    near("DSNU", found.dsnu.pixel, 6.0, 0.01);
-    near("PRNU", found.prnu.pixel, 0.012, 0.01);
-    for lines in [found.dark_noise, found.dsnu, found.prnu.scaled(100.0)] {
+    near("dark signal", found.dark.mean / found.gain, 100.0, 1e-3);
+    near("dark noise", found.dark_noise.total, 116.0_f64.sqrt(), 5e-3);
+    near("read noise", (found.dark_noise.total.powi(2) - 100.0).sqrt(), 4.0, 0.01);
+    near("DSNU", found.dsnu.total, 6.0, 0.01);
+    near("PRNU", found.prnu.total, 0.012, 0.01);
+    for lines in [found.dark_noise.parts, found.dsnu.parts, found.prnu.parts.scaled(100.0)] {
         assert!(lines.row < 0.1 && lines.column < 0.1, "no lines: {lines:?}");
     }
     assert_eq!((found.saturation, found.full_well), (None, None));
@@ -141,25 +141,25 @@ fn fields_of_one_sensor_are_independent_of_those_of_others() {
 #[test]
 fn rows_and_columns_have_patterns_and_noise_of_their_own() {
     let gain = (16383.0 - 1024.0) / 20_000.0;
-    // 700 rows know their deviation to 2.7 %; five of these.
-    let near = |name: &str, variance: f64, expected: f64, unit: f64| {
+    // 700 rows know their deviation to 2.7 %; five of these. Their noise is known from 16 pictures.
+    let near = |name: &str, variance: f64, expected: f64, unit: f64, tolerance: f64| {
         let deviation = variance.max(0.0).sqrt() / unit;
         println!("{name} {deviation:.4}, put in {expected}");
-        assert!((deviation - expected).abs() < 0.14 * expected + 0.02, "{name} {deviation}");
+        assert!((deviation - expected).abs() < tolerance * expected + 0.02, "{name} {deviation}");
     };
     let fixed = measure(&sensor("well=20000,bits=14,black=1024,read=0,dsnu=0/5/8"), 0.0, 700, 2);
     assert_eq!(fixed.temporal, Variances::default(), "patterns are fixed");
-    near("DSNU of rows", fixed.spatial.row, 5.0, gain);
-    near("DSNU of columns", fixed.spatial.column, 8.0, gain);
+    near("DSNU of rows", fixed.spatial.row, 5.0, gain, 0.14);
+    near("DSNU of columns", fixed.spatial.column, 8.0, gain, 0.14);
     let lit = measure(&sensor("well=20000,bits=14,black=1024,read=0,prnu=0/2/3"), 0.5, 700, 8);
-    near("PRNU of rows", lit.spatial.row, 2.0, lit.mean / 100.0);
-    near("PRNU of columns", lit.spatial.column, 3.0, lit.mean / 100.0);
+    near("PRNU of rows", lit.spatial.row, 2.0, lit.mean / 100.0, 0.14);
+    near("PRNU of columns", lit.spatial.column, 3.0, lit.mean / 100.0, 0.14);
     // Noise of rows and columns is new in every picture, and its fixed part is none.
     for (text, [row, column]) in [("read=0/3/0", [3.0, 0.0]), ("read=0/0/3", [0.0, 3.0])] {
         let text = format!("well=20000,bits=14,black=1024,{text}");
         let found = measure(&sensor(&text), 0.0, 700, 16);
-        near("noise of rows", found.temporal.row, row, gain);
-        near("noise of columns", found.temporal.column, column, gain);
+        near("noise of rows", found.temporal.row, row, gain, 0.05);
+        near("noise of columns", found.temporal.column, column, gain, 0.05);
         let limit = 2.0 * found.temporal.total() / 16.0;
         assert!(found.spatial.total().abs() < limit, "no pattern: {:?}", found.spatial);
     }

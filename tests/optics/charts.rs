@@ -132,7 +132,12 @@ fn charts_that_cannot_fill_the_picture_are_refused() {
     let infinite = refused("dgauss.50mm.dat", f64::INFINITY, [600, 400], ChartKind::Flat);
     assert!(infinite.contains("expected a finite 'focus'"), "{infinite}");
     let fisheye = refused("fisheye.10mm.dat", 2000.0, [600, 400], ChartKind::Grid);
-    assert!(fisheye.contains("no flat chart fills the picture"), "{fisheye}");
+    assert!(
+        fisheye.contains("no chart fills the picture: no light reaches pixel 0,0"),
+        "{fisheye}"
+    );
+    let grid = refused("dgauss.50mm.dat", 2000.0, [150, 100], ChartKind::Grid);
+    assert!(grid.contains("at least 120 x 120 pixels; found 150 x 100"), "{grid}");
     let small = refused("dgauss.50mm.dat", 2000.0, [300, 200], ChartKind::Edges);
     assert!(small.contains("at least 400 x 400 pixels; found 300 x 200"), "{small}");
 }

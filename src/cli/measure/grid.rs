@@ -1,15 +1,13 @@
 //! `petzval measure grid`: distortion and lateral colour.
 
 use std::fmt::Write as _;
-use std::io::Write as _;
 use std::path::PathBuf;
 
-use petzval_base::io::{Outputs, ReadContext, path_excerpt};
+use petzval_base::io::{ReadContext, path_excerpt};
 use petzval_image::{Picture, Transfer};
 use petzval_tools::chart_analysis::{DotGrid, GridDot};
 use serde_json::{Value, json};
 
-use super::super::outputs::claim_writable;
 use super::super::{Failure, Outcome};
 
 /// Rings of the table, by their distance from the middle.
@@ -32,15 +30,9 @@ pub(super) fn run(arguments: &GridArguments) -> Result<Outcome, Failure> {
     let GridArguments { picture: path, csv, json } = arguments;
     let context = ReadContext::default();
     let picture = Picture::read_with(path, Transfer::Srgb, &context)?;
-    let csv =
-        csv.as_ref().map(|csv| claim_writable(&Outputs::beside(&context.files()), csv, "--csv"));
-    let csv = csv.transpose()?;
     let grid =
         DotGrid::measure(&picture).map_err(|error| format!("{}: {error}", path_excerpt(path)))?;
-    if let Some(csv) = csv {
-        csv.write(|file| file.write_all(table(&grid).as_bytes()))
-            .map_err(|error| format!("cannot write {}: {error}", csv.display()))?;
-    }
+    super::write_table(csv.as_deref(), &context, || table(&grid))?;
     super::super::print(&match json {
         true => format!("{:#}\n", json_of(&grid)),
         false => text_of(&grid),
@@ -78,15 +70,16 @@ fn text_of(grid: &DotGrid) -> String {
     let farthest = grid.farthest();
     let indices = |axis: usize| grid.dots.iter().map(move |dot| dot.index[axis]);
     let count = |axis| indices(axis).max().unwrap_or(0) - indices(axis).min().unwrap_or(0) + 1;
-    let [[x, y], _] = grid.steps;
+    let [[x, y], down] = grid.steps;
     let mut text = format!(
-        "{} dots in {} columns and {} rows, {:.3} pixels apart in the middle, turned by {:.2} degrees\n\
+        "{} dots in {} columns and {} rows, {:.3} and {:.3} pixels apart in the middle, turned by {:.2} degrees\n\
          distortion {:+.3} % at the farthest dot, {:.1} pixels from the middle\n\
          the polynomial of the distortion fits the dots within {:.3} pixels RMS\n\n",
         grid.dots.len(),
         count(0),
         count(1),
         x.hypot(y),
+        down[0].hypot(down[1]),
         y.atan2(x).to_degrees(),
         100.0 * farthest.distortion,
         grid.radius(farthest),
@@ -116,8 +109,10 @@ fn json_of(grid: &DotGrid) -> Value {
             "index": dot.index,
             "at": dot.at,
             "distortion_percent": 100.0 * dot.distortion,
-            "red_less_green": dot.colour[0],
-            "blue_less_green": dot.colour[1],
+            "radius": grid.radius(dot),
+            "red_minus_green": dot.colour[0],
+            "blue_minus_green": dot.colour[1],
+            "lateral_colour": grid.lateral_colour(dot),
         })
     };
     json!({

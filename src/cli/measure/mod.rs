@@ -99,42 +99,55 @@ pub(super) fn run(arguments: &MeasureArguments) -> Result<Outcome, Failure> {
     let path = picture.as_ref().ok_or("expected the name of a picture")?;
     let context = ReadContext::default();
     let mut picture = Picture::read_with(path, Transfer::Srgb, &context)?;
-    if let Some(flat) = flat {
-        divide(&mut picture, flat, &context)?;
-    }
-    let csv =
-        csv.as_ref().map(|csv| claim_writable(&Outputs::beside(&context.files()), csv, "--csv"));
-    let csv = csv.transpose()?;
-    let mut edges = Vec::new();
+    let file = path_excerpt(path);
+    let mut places = Vec::new();
     for &[low, high] in regions {
-        let region = [low, high].map(|at| at.map(|n| n as usize));
         let [width, height] = picture.size;
-        let inside = (0..2).all(|i| low[i] < high[i] && region[1][i] <= picture.size[i]);
         let name = format!("--edge {},{},{},{}", low[0], low[1], high[0], high[1]);
-        let file = path_excerpt(path);
-        if !inside {
+        if !(0..2).all(|i| low[i] < high[i] && high[i] as usize <= picture.size[i]) {
             let problem = format!(
                 "{name}: the picture {file} has {width} x {height} pixels; expected X0,Y0,X1,Y1 within it"
             );
             return Err(problem.into());
         }
-        let edge = EdgeResponse::measure(&picture, region, |pixel| channel.of(pixel));
+        places.push((name, [low, high].map(|at| at.map(|n| n as usize))));
+    }
+    if let Some(flat) = flat {
+        divide(&mut picture, flat, &places, &context)?;
+    }
+    let mut edges = Vec::new();
+    for (name, region) in &places {
+        let edge = EdgeResponse::measure(&picture, *region, |pixel| channel.of(pixel));
         edges.push(edge.map_err(|error| format!("{name} of {file}: {error}"))?);
     }
-    if let Some(csv) = csv {
-        let text: String =
-            rows(&edges, CSV_STEP, CSV_ROWS).iter().map(|row| row.join(",") + "\n").collect();
-        csv.write(|file| file.write_all(text.as_bytes()))
-            .map_err(|error| format!("cannot write {}: {error}", csv.display()))?;
-    }
+    write_table(csv.as_deref(), &context, || {
+        rows(&edges, CSV_STEP, CSV_ROWS).iter().map(|row| row.join(",") + "\n").collect()
+    })?;
     super::print(&match json {
         true => format!("{:#}\n", json_of(arguments, &edges)),
         false => text_of(arguments, &edges),
     })
 }
 
-/// Divides a picture by that of a white chart.
-fn divide(picture: &mut Picture, flat: &Path, context: &ReadContext) -> Result<(), Failure> {
+/// Writes a table to the file of `--csv`, which is none of the files that were read.
+fn write_table(
+    csv: Option<&Path>,
+    context: &ReadContext,
+    table: impl FnOnce() -> String,
+) -> Result<(), Failure> {
+    let Some(csv) = csv else { return Ok(()) };
+    let file = claim_writable(&Outputs::beside(&context.files()), csv, "--csv")?;
+    file.write(|file| file.write_all(table().as_bytes()))
+        .map_err(|error| format!("cannot write {}: {error}", file.display()).into())
+}
+
+/// Divides a picture by that of a white chart, which must show white in these regions.
+fn divide(
+    picture: &mut Picture,
+    flat: &Path,
+    regions: &[(String, [[usize; 2]; 2])],
+    context: &ReadContext,
+) -> Result<(), Failure> {
     let white = Picture::read_with(flat, Transfer::Srgb, context)?;
     let file = path_excerpt(flat);
     let ([width, height], expected) = (white.size, picture.size);
@@ -145,14 +158,19 @@ fn divide(picture: &mut Picture, flat: &Path, context: &ReadContext) -> Result<(
         )
         .into());
     }
-    for (i, (pixel, white)) in picture.pixels.iter_mut().zip(&white.pixels).enumerate() {
-        if white.iter().any(|&value| value <= 0.0) {
-            let [x, y] = [i % width, i / width];
-            return Err(format!(
-                "--flat {file}: pixel {x},{y} is black; expected a picture of a white chart, as of petzval chart flat"
-            )
-            .into());
+    for (_, [low, high]) in regions {
+        for (y, x) in (low[1]..high[1]).flat_map(|y| (low[0]..high[0]).map(move |x| (y, x))) {
+            let pixel = white.pixels[y * width + x];
+            if pixel.iter().any(|&value| !(value > 0.0 && value.is_finite())) {
+                return Err(format!(
+                    "--flat {file}: pixel {x},{y} is {pixel:?}; expected light from a white chart, as of petzval chart \
+                     flat"
+                )
+                .into());
+            }
         }
+    }
+    for (pixel, white) in picture.pixels.iter_mut().zip(&white.pixels) {
         *pixel = [0, 1, 2].map(|c| pixel[c] / white[c]);
     }
     Ok(())

@@ -1,17 +1,15 @@
 //! `petzval measure noise`: parameters of a sensor from pictures of uniform light.
 
 use std::fmt::Write as _;
-use std::io::Write as _;
 use std::path::PathBuf;
 
-use petzval_base::io::{Outputs, ReadContext, path_excerpt};
+use petzval_base::io::{ReadContext, path_excerpt, without_byte_order_mark};
 use petzval_render::sensor::Components;
 use petzval_tools::sensor_analysis::{
-    ChannelTransfer, Exposure, PhotonTransfer, evaluate, parse_data_file,
+    ChannelTransfer, Deviation, Exposure, PhotonTransfer, evaluate, parse_data_file,
 };
 use serde_json::{Value, json};
 
-use super::super::outputs::claim_writable;
 use super::super::{Failure, Outcome};
 
 /// Arguments of `petzval measure noise`.
@@ -31,18 +29,18 @@ pub(super) struct NoiseArguments {
 pub(super) fn run(arguments: &NoiseArguments) -> Result<Outcome, Failure> {
     let NoiseArguments { list, csv, json } = arguments;
     let context = ReadContext::default();
-    let text = String::from_utf8_lossy(&context.bytes(list)?).into_owned();
-    let folder = list.parent().unwrap_or(list);
+    let bytes = context.bytes(list)?;
     let file = path_excerpt(list);
-    let sets = parse_data_file(&text, folder).map_err(|at| format!("{file}:{at}"))?;
-    let csv =
-        csv.as_ref().map(|csv| claim_writable(&Outputs::beside(&context.files()), csv, "--csv"));
-    let csv = csv.transpose()?;
-    let channels = evaluate(&sets, &context).map_err(|error| format!("{file}: {error}"))?;
-    if let Some(csv) = csv {
-        csv.write(|file| file.write_all(curve(&channels).as_bytes()))
-            .map_err(|error| format!("cannot write {}: {error}", csv.display()))?;
-    }
+    let text = std::str::from_utf8(without_byte_order_mark(&bytes)).map_err(|error| {
+        format!("{file}: byte {} is not UTF-8; expected a list as text", error.valid_up_to())
+    })?;
+    let sets = parse_data_file(text, list.parent().unwrap_or(list));
+    let sets = sets.map_err(|problem| format!("{file}:{problem}"))?;
+    let channels = evaluate(&sets, &context).map_err(|error| match error.line {
+        Some(_) => format!("{file}:{error}"),
+        None => format!("{file}: {error}"),
+    })?;
+    super::write_table(csv.as_deref(), &context, || curve(&channels))?;
     super::super::print(&match json {
         true => format!("{:#}\n", Value::from_iter(channels.iter().map(json_of))),
         false => text_of(&channels),
@@ -82,22 +80,26 @@ fn text_of(channels: &[ChannelTransfer]) -> String {
             writeln!(text, "{exposures} exposure{s} of {width} x {height} photosites a channel\n");
     }
     let decibels = |ratio: f64| format!("{ratio:.0} ({:.1} dB)", 20.0 * ratio.log10());
-    let by_lines = |of: Components, unit: f64| {
-        let Components { pixel, row, column } = of.scaled(unit);
+    let by_parts = |of: Deviation, unit: f64| {
+        let Components { pixel, row, column } = of.parts.scaled(unit);
         format!("{pixel:.2}/{row:.2}/{column:.2}")
     };
     type Cell<'a> = &'a dyn Fn(&PhotonTransfer) -> String;
     let known = |value: Option<String>, unknown: &str| value.unwrap_or_else(|| unknown.to_owned());
     let not_reached = "not reached";
-    let rows: [(&str, Cell<'_>); 14] = [
+    let rows: [(&str, Cell<'_>); 15] = [
         ("gain K (codes/e-)", &|t| format!("{:.4}", t.gain)),
-        ("mean of the dark (codes)", &|t| format!("{:.2}", t.dark_mean)),
-        ("noise of the dark (e-)", &|t| format!("{:.3}", t.dark_noise.variance().sqrt())),
-        ("  pixel/row/column", &|t| by_lines(t.dark_noise, 1.0)),
-        ("DSNU (e-)", &|t| format!("{:.3}", t.dsnu.variance().sqrt())),
-        ("  pixel/row/column", &|t| by_lines(t.dsnu, 1.0)),
-        ("PRNU (%)", &|t| format!("{:.3}", 100.0 * t.prnu.variance().sqrt())),
-        ("  pixel/row/column", &|t| by_lines(t.prnu, 100.0)),
+        ("mean of the dark (codes)", &|t| format!("{:.2}", t.dark.mean)),
+        ("noise of the dark (e-)", &|t| {
+            let hidden = if t.is_dark_noise_resolved { "" } else { "below " };
+            format!("{hidden}{:.3}", t.dark_noise.total)
+        }),
+        ("  pixel/row/column", &|t| by_parts(t.dark_noise, 1.0)),
+        ("DSNU (e-)", &|t| format!("{:.3}", t.dsnu.total)),
+        ("  pixel/row/column", &|t| by_parts(t.dsnu, 1.0)),
+        ("PRNU (%)", &|t| format!("{:.3}", 100.0 * t.prnu.total)),
+        ("  pixel/row/column", &|t| by_parts(t.prnu, 100.0)),
+        ("  measured at (e-)", &|t| format!("{:.0}", t.prnu_signal)),
         ("saturation (e-)", &|t| known(t.saturation.map(|n| format!("{n:.0}")), not_reached)),
         ("full well (e-)", &|t| known(t.full_well.map(|n| format!("{n:.0}")), not_reached)),
         ("SNR at saturation", &|t| known(t.saturation.map(|n| decibels(n.sqrt())), not_reached)),
@@ -124,20 +126,22 @@ fn text_of(channels: &[ChannelTransfer]) -> String {
 }
 
 fn json_of(ChannelTransfer { channel, size, transfer }: &ChannelTransfer) -> Value {
-    let parts = |of: Components, unit: f64| {
-        let Components { pixel, row, column } = of.scaled(unit);
-        json!({ "pixel": pixel, "row": row, "column": column })
+    let deviation = |of: Deviation, unit: f64| {
+        let Components { pixel, row, column } = of.parts.scaled(unit);
+        json!({ "total": unit * of.total, "pixel": pixel, "row": row, "column": column })
     };
-    let PhotonTransfer { gain, dark_mean, dark_noise, dsnu, prnu, saturation, .. } = transfer;
+    let PhotonTransfer { gain, dark, dark_noise, dsnu, prnu, saturation, .. } = transfer;
     json!({
         "channel": channel,
         "photosites": size,
         "exposures": transfer.exposures.len(),
         "gain": gain,
-        "dark_mean": dark_mean,
-        "dark_noise_electrons": parts(*dark_noise, 1.0),
-        "dsnu_electrons": parts(*dsnu, 1.0),
-        "prnu_percent": parts(*prnu, 100.0),
+        "dark_mean": dark.mean,
+        "dark_noise_electrons": deviation(*dark_noise, 1.0),
+        "dark_noise_is_resolved": transfer.is_dark_noise_resolved,
+        "dsnu_electrons": deviation(*dsnu, 1.0),
+        "prnu_percent": deviation(*prnu, 100.0),
+        "prnu_signal_electrons": transfer.prnu_signal,
         "saturation_electrons": saturation,
         "full_well_electrons": transfer.full_well,
         "threshold_electrons": transfer.threshold(),

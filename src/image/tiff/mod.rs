@@ -56,6 +56,20 @@ pub(super) fn check_samples(path: &Path) -> Result<(), ImageError> {
     }
 }
 
+/// Returns the bits of the samples of a file in grey.
+///
+/// # Errors
+/// Returns what was found if the file is no TIFF, or white is 0 in it.
+pub(super) fn bits_of_codes(path: &Path) -> Result<u32, String> {
+    let file = File::open(path).map_err(|error| error.to_string())?;
+    let mut decoder = Decoder::new(BufReader::new(file)).map_err(|error| error.to_string())?;
+    let mut number = |tag| decoder.find_tag_unsigned::<u32>(tag).ok().flatten();
+    match number(Tag::PhotometricInterpretation) {
+        Some(0) => Err("white is 0 in it; expected codes that grow with the light".to_owned()),
+        _ => Ok(number(Tag::BitsPerSample).unwrap_or(1)),
+    }
+}
+
 /// Returns a fraction near a number from 0 to 4e9.
 fn rational(x: f64) -> Rational {
     let x = if x.is_finite() { x.clamp(0.0, f64::from(u32::MAX)) } else { 0.0 };

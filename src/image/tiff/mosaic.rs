@@ -16,6 +16,8 @@ mod tags {
     pub const SUB_DIRECTORIES: u16 = 330;
     pub const CFA_SIZE: u16 = 33421;
     pub const CFA_PATTERN: u16 = 33422;
+    pub const LINEARIZATION_TABLE: u16 = 50712;
+    pub const ACTIVE_AREA: u16 = 50829;
 }
 
 /// Photometric interpretations of raw data: behind colour filters, and without.
@@ -66,7 +68,8 @@ pub(crate) fn read_mosaic(bytes: &[u8]) -> Result<RawCodes, String> {
     let file = Numbers { bytes, little };
     let first =
         file.at(4, 4).filter(|_| file.at(2, 2) == Some(42) && (little || bytes.starts_with(b"MM")));
-    let first = first.ok_or("it is not a TIFF file, as a DNG is")? as usize;
+    let first =
+        first.ok_or("it is not a TIFF file with addresses of 32 bits, as a DNG is")? as usize;
     let mut directories = vec![first];
     let mut looked_at = 0;
     while let Some(&directory) = directories.get(looked_at) {
@@ -102,8 +105,17 @@ fn read_directory(
                 .to_owned(),
         );
     }
-    if one(tags::BITS, 1) != Some(16) || one(tags::SAMPLES, 1) != Some(1) {
-        return Err("its raw data has other than 16 bits, or several samples a pixel".to_owned());
+    let [bits, samples] =
+        [one(tags::BITS, 1), one(tags::SAMPLES, 1)].map(|found| found.unwrap_or(0));
+    if (bits, samples) != (16, 1) {
+        return Err(format!(
+            "its raw data has {samples} samples of {bits} bits a pixel; expected one of 16, or the codes in a TIFF file"
+        ));
+    }
+    if all(tags::LINEARIZATION_TABLE).is_some() {
+        return Err("its codes are not linear, but behind a linearization table; expected the linear codes in a TIFF \
+                    file"
+            .to_owned());
     }
     let cut = || "its raw data is cut off".to_owned();
     let [width, height] = [tags::WIDTH, tags::HEIGHT]
@@ -138,20 +150,36 @@ fn read_directory(
             false => u16::from_be_bytes(code),
         }));
     }
-    match width.checked_mul(height) {
-        Some(count) if count > 0 && codes.len() == count => {
-            Ok(RawCodes { size: [width, height], codes, filters })
-        }
-        _ => Err(cut()),
+    if width.checked_mul(height).is_none_or(|count| count == 0 || codes.len() != count) {
+        return Err(cut());
     }
+    // Masked photosites lie around the active ones, from which the filters count.
+    let area = all(tags::ACTIVE_AREA).unwrap_or_else(|| vec![0, 0, height as u64, width as u64]);
+    let [top, left, bottom, right] = area[..] else {
+        return Err("its active area has other than four borders".to_owned());
+    };
+    if top >= bottom || left >= right || bottom > height as u64 || right > width as u64 {
+        return Err(format!(
+            "its active area, {left},{top} to {right},{bottom}, is not within its {width} x {height} pixels"
+        ));
+    }
+    let [top, left, bottom, right] = [top, left, bottom, right].map(|border| border as usize);
+    let rows = codes.chunks_exact(width).skip(top).take(bottom - top);
+    let codes = rows.flat_map(|row| &row[left..right]).copied().collect();
+    Ok(RawCodes { size: [right - left, bottom - top], codes, filters, bits: 16 })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Returns a file of 2 x 2 pixels with its mosaic in a directory below the first.
     fn file(little: bool, compression: u16) -> Vec<u8> {
+        file_with(little, compression, None)
+    }
+
+    /// Returns a file of 2 x 2 pixels with its mosaic in a directory below the first, and one more entry: a tag, a type
+    /// of one byte an element, and four elements.
+    fn file_with(little: bool, compression: u16, more: Option<(u16, [u8; 4])>) -> Vec<u8> {
         let short = |value: u16| if little { value.to_le_bytes() } else { value.to_be_bytes() };
         let long = |value: u32| if little { value.to_le_bytes() } else { value.to_be_bytes() };
         let mut bytes = if little { b"II".to_vec() } else { b"MM".to_vec() };
@@ -165,17 +193,19 @@ mod tests {
         bytes.extend(entry(tags::SUB_DIRECTORIES, 4, 1, long(26)));
         bytes.extend(long(0));
         let number = |value: u16| [short(value), [0; 2]].concat().try_into().unwrap();
-        let entries = [
+        let count = 9 + usize::from(more.is_some()) as u32;
+        let mut entries = vec![
             entry(tags::WIDTH, 3, 1, number(2)),
             entry(tags::HEIGHT, 3, 1, number(2)),
             entry(tags::BITS, 3, 1, number(16)),
             entry(tags::COMPRESSION, 3, 1, number(compression)),
             entry(tags::PHOTOMETRIC, 3, 1, number(32803)),
-            entry(tags::STRIP_OFFSETS, 4, 1, long(26 + 2 + 9 * 12)),
+            entry(tags::STRIP_OFFSETS, 4, 1, long(26 + 2 + count * 12)),
             entry(tags::STRIP_BYTES, 4, 1, long(8)),
             entry(tags::CFA_SIZE, 3, 2, [short(2), short(2)].concat().try_into().unwrap()),
             entry(tags::CFA_PATTERN, 1, 4, [1, 2, 0, 1]),
         ];
+        entries.extend(more.map(|(tag, elements)| entry(tag, 1, 4, elements)));
         bytes.extend(short(entries.len() as u16));
         bytes.extend(entries.concat());
         [7_u16, 4095, 65535, 0].iter().for_each(|&code| bytes.extend(short(code)));
@@ -190,9 +220,24 @@ mod tests {
                 size: [2, 2],
                 codes: vec![7, 4095, 65535, 0],
                 filters: Some([1, 2, 0, 1]),
+                bits: 16,
             };
             assert_eq!(found, expected);
         }
+    }
+
+    #[test]
+    fn masked_photosites_are_left_out_and_curved_codes_refused() {
+        let found =
+            read_mosaic(&file_with(true, 1, Some((tags::ACTIVE_AREA, [1, 0, 2, 2])))).unwrap();
+        assert_eq!((found.size, &found.codes[..]), ([2, 1], &[65535, 0][..]));
+        for area in [[0, 0, 3, 2], [1, 0, 1, 2], [0, 2, 2, 1]] {
+            let refused = read_mosaic(&file_with(false, 1, Some((tags::ACTIVE_AREA, area))));
+            assert!(refused.unwrap_err().contains("is not within its 2 x 2 pixels"));
+        }
+        let curved =
+            read_mosaic(&file_with(true, 1, Some((tags::LINEARIZATION_TABLE, [0, 1, 2, 3]))));
+        assert!(curved.unwrap_err().contains("linearization table"));
     }
 
     #[test]

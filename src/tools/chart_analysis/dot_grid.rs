@@ -1,6 +1,7 @@
 //! Distortion and lateral colour from a picture of a grid of dots.
 
 use petzval_base::least_squares::least_squares;
+use petzval_base::plane_newton::PlaneNewton;
 use petzval_image::Picture;
 
 use super::dots::{Dot, find_dots};
@@ -10,23 +11,55 @@ use super::grid_order::order;
 const MIN_LINE: i32 = 5;
 const MIN_DOTS: usize = 25;
 
-/// Why a picture shows no measurable grid.
+/// Largest RMS distance of dots from the polynomial of the distortion, relative to the step.
+const MAX_RESIDUAL: f64 = 0.03;
+/// Largest share of the dots that stand between the columns and rows.
+const MAX_STRAY: f64 = 0.2;
+
+/// Why a grid cannot be measured.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum GridError {
     /// Too few dots were found.
     #[error(
-        "{found} dark dots in a grid of {columns} x {rows}; expected {MIN_LINE} x {MIN_LINE} or more on a bright ground, \
-         each of 3 pixels or more, as of petzval chart grid"
+        "{found} dark dots, of which {columns} x {rows} form a grid about the middle of the picture; expected {MIN_LINE} x \
+         {MIN_LINE} or more on a bright ground, each of 3 pixels or more, as of petzval chart grid"
     )]
     Few {
-        /// Dots of the grid.
+        /// Dots.
         found: usize,
         /// Columns of the grid.
         columns: i32,
         /// Rows of the grid.
         rows: i32,
     },
+    /// Dots stand between columns and rows.
+    #[error(
+        "{stray} of {found} dark dots stand in no column and row of the grid; expected a square grid of dots, and nothing \
+         else that is dark"
+    )]
+    Stray {
+        /// Dots that have no place in the grid.
+        stray: usize,
+        /// Dots.
+        found: usize,
+    },
+    /// No polynomial describes the places of the dots.
+    #[error(
+        "dots are {residual:.2} pixels (RMS) from the polynomial of the distortion; expected {most:.2} or less: sharper dots \
+         of a plane chart"
+    )]
+    Irregular {
+        /// RMS distance (pixels).
+        residual: f64,
+        /// Largest one that is accepted (pixels).
+        most: f64,
+    },
+    /// The grid does not reach the middle of the picture.
+    #[error(
+        "the middle of the picture lies outside the grid of dots; expected one that fills the picture"
+    )]
+    Outside,
 }
 
 /// A dot of a grid.
@@ -65,18 +98,35 @@ impl DotGrid {
         let indices = order(&found, picture.size);
         let reach = |axis: usize| {
             let of = indices.iter().map(|(index, _)| index[axis]);
-            of.clone().max().unwrap_or(0) - of.min().unwrap_or(0) + 1
+            of.clone().max().zip(of.min()).map_or(0, |(last, first)| last - first + 1)
         };
         let [columns, rows] = [reach(0), reach(1)];
         if columns.min(rows) < MIN_LINE || indices.len() < MIN_DOTS {
-            return Err(GridError::Few { found: indices.len(), columns, rows });
+            return Err(GridError::Few { found: found.len(), columns, rows });
         }
+        let stray = found.len() - indices.len();
+        if stray as f64 > MAX_STRAY * found.len() as f64 {
+            return Err(GridError::Stray { stray, found: found.len() });
+        }
+        let bounds = [0, 1].map(|axis| {
+            let of = indices.iter().map(|(index, _)| f64::from(index[axis]));
+            [of.clone().fold(f64::MAX, f64::min), of.fold(f64::MIN, f64::max)]
+        });
         let middle = picture.size.map(|n| (n as f64 - 1.0) / 2.0);
-        Ok(Self::of(indices, middle))
+        let (grid, centre) = Self::of(indices, middle).ok_or(GridError::Outside)?;
+        if !(0..2).all(|axis| (bounds[axis][0]..=bounds[axis][1]).contains(&centre[axis])) {
+            return Err(GridError::Outside);
+        }
+        let most = MAX_RESIDUAL * grid.steps[0][0].hypot(grid.steps[0][1]);
+        match grid.residual <= most {
+            true => Ok(grid),
+            false => Err(GridError::Irregular { residual: grid.residual, most }),
+        }
     }
 
     /// Fits the distortion of dots: a polynomial of their places in the grid, odd about the middle but for keystone.
-    fn of(mut dots: Vec<([i32; 2], Dot)>, middle: [f64; 2]) -> Self {
+    /// Returns also the place in the grid that the middle of the picture shows; `None` if it shows none.
+    fn of(mut dots: Vec<([i32; 2], Dot)>, middle: [f64; 2]) -> Option<(Self, [f64; 2])> {
         dots.sort_by_key(|([column, row], _)| [*row, *column]);
         let places: Vec<[f64; 2]> = dots.iter().map(|(index, _)| index.map(f64::from)).collect();
         let columns: Vec<Vec<f64>> =
@@ -86,13 +136,9 @@ impl DotGrid {
         let at = |place: [f64; 2]| {
             [0, 1].map(|axis| terms(place).iter().zip(&fit[axis]).map(|(t, c)| t * c).sum::<f64>())
         };
-        // The place in the grid that the middle of the picture shows, by Newton's method.
-        let mut centre = [0.0; 2];
-        for _ in 0..8 {
-            let off = [0, 1].map(|axis| middle[axis] - at(centre)[axis]);
-            let [dx, dy] = solve(steps_at(&at, centre), off);
-            centre = [centre[0] + dx, centre[1] + dy];
-        }
+        let newton = PlaneNewton { difference: 1e-3, precision: 1e-9, acceptable: 1e-6 };
+        let centre = newton
+            .solve([0.0; 2], |place| Some([0, 1].map(|axis| at(place)[axis] - middle[axis])))?;
         let steps = steps_at(&at, centre);
         let mut squares = 0.0;
         let dots: Vec<GridDot> = dots
@@ -113,7 +159,7 @@ impl DotGrid {
             })
             .collect();
         let residual = (squares / dots.len() as f64).sqrt();
-        Self { dots, middle, steps, residual }
+        Some((Self { dots, middle, steps, residual }, centre))
     }
 
     /// Returns the dot that is farthest from the middle of the picture.
@@ -165,12 +211,6 @@ fn steps_at(at: &impl Fn([f64; 2]) -> [f64; 2], [u, v]: [f64; 2]) -> [[f64; 2]; 
     let h = 0.05;
     let difference = |a: [f64; 2], b: [f64; 2]| [0, 1].map(|i| (b[i] - a[i]) / (2.0 * h));
     [difference(at([u - h, v]), at([u + h, v])), difference(at([u, v - h]), at([u, v + h]))]
-}
-
-/// Returns the shares of the two steps in a vector.
-fn solve([a, b]: [[f64; 2]; 2], [x, y]: [f64; 2]) -> [f64; 2] {
-    let determinant = a[0] * b[1] - a[1] * b[0];
-    [(x * b[1] - y * b[0]) / determinant, (a[0] * y - a[1] * x) / determinant]
 }
 
 #[cfg(test)]
@@ -241,12 +281,27 @@ mod tests {
     }
 
     #[test]
+    fn a_missing_neighbour_of_the_middle_does_not_change_the_grid() {
+        let whole = DotGrid::measure(&draw(|_| true)).unwrap();
+        for gap in [[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, 0.0]] {
+            let grid = DotGrid::measure(&draw(|dot| dot != gap)).unwrap();
+            assert_eq!(grid.dots.len(), whole.dots.len() - 1, "{gap:?}");
+            assert!((grid.steps[0][0] - whole.steps[0][0]).abs() < 0.05, "{:?}", grid.steps);
+        }
+    }
+
+    #[test]
+    fn grids_beside_the_middle_are_refused() {
+        for side in [-1.0, 1.0] {
+            let beside = DotGrid::measure(&draw(|[u, _]| side * u > 1.0)).unwrap_err().to_string();
+            assert!(beside.contains("middle of the picture lies outside"), "{beside}");
+        }
+    }
+
+    #[test]
     fn pictures_without_a_grid_are_refused() {
         let few = DotGrid::measure(&draw(|[u, v]| u.abs() < 2.0 && v.abs() < 2.0)).unwrap_err();
-        assert!(
-            few.to_string().starts_with("9 dark dots in a grid of 3 x 3; expected 5 x 5"),
-            "{few}"
-        );
+        assert!(few.to_string().starts_with("9 dark dots, of which 3 x 3 form a grid"), "{few}");
         for value in [0.0, 1.0, -1.0, 1e30] {
             let plain = Picture { size: [60, 40], pixels: vec![[value; 3]; 2400] };
             assert!(DotGrid::measure(&plain).is_err());

@@ -13,6 +13,8 @@ const DARK: f64 = 0.6;
 const MIN_PIXELS: usize = 7;
 /// Largest ratio of the sides of the box around a dot.
 const MAX_ASPECT: f64 = 2.0;
+/// Least number of pixels of the ground around a dot.
+const MIN_GROUND: usize = 12;
 /// Distances around a dot up to which its centroid takes pixels in, and from there up to which they are ground: relative
 /// to its larger side, to which some pixels are added.
 const SURROUNDINGS: [f64; 2] = [0.15, 0.5];
@@ -35,6 +37,7 @@ pub(super) fn find_dots(picture: &Picture) -> Vec<Dot> {
     let ground = Ground::new(&values, picture.size);
     let mut dark: Vec<bool> =
         (0..values.len()).map(|i| values[i] < DARK * ground.at(i % width, i / width)).collect();
+    let all_dark = dark.clone();
     let mut dots = Vec::new();
     for start in 0..dark.len() {
         if !dark[start] {
@@ -64,7 +67,7 @@ pub(super) fn find_dots(picture: &Picture) -> Vec<Dot> {
         }
         let sides = [0, 1].map(|k| (high[k] - low[k] + 1) as f64);
         let larger = sides[0].max(sides[1]);
-        let [own, ground] = SURROUNDINGS.map(|share| share * larger + SURROUNDING_PIXELS);
+        let [reach, ground] = SURROUNDINGS.map(|share| share * larger + SURROUNDING_PIXELS);
         let around = ground.ceil() as usize;
         let is_inside = (0..2).all(|k| low[k] >= around && high[k] + around < picture.size[k]);
         let is_round = larger <= MAX_ASPECT * sides[0].min(sides[1]);
@@ -72,14 +75,20 @@ pub(super) fn find_dots(picture: &Picture) -> Vec<Dot> {
         let is_full = pixels as f64 > 0.5 * sides[0] * sides[1];
         if pixels >= MIN_PIXELS && is_inside && is_round && is_full {
             let window = [low.map(|n| n - around), high.map(|n| n + around)];
-            dots.extend(centroids(picture, window, larger / 2.0 + own));
+            dots.extend(centroids(picture, &all_dark, window, larger / 2.0 + reach));
         }
     }
     dots
 }
 
-/// Returns the centroids of a dot of this radius in the middle of a window; `None` if a channel shows none.
-fn centroids(picture: &Picture, [low, high]: [[usize; 2]; 2], radius: f64) -> Option<Dot> {
+/// Returns the centroids of a dot of this radius in the middle of a window; `None` if a channel shows none, or little
+/// ground is around it. Pixels that are dark there belong to other dots.
+fn centroids(
+    picture: &Picture,
+    dark: &[bool],
+    [low, high]: [[usize; 2]; 2],
+    radius: f64,
+) -> Option<Dot> {
     let middle = [0, 1].map(|k| (low[k] + high[k]) as f64 / 2.0);
     let centroid = |value: &dyn Fn([f32; 3]) -> f64| -> Option<[f64; 2]> {
         // Pixels by their place from the middle: those of the dot, and the ground around it.
@@ -87,15 +96,19 @@ fn centroids(picture: &Picture, [low, high]: [[usize; 2]; 2], radius: f64) -> Op
         for y in low[1]..=high[1] {
             for x in low[0]..=high[0] {
                 let [u, v] = [x as f64 - middle[0], y as f64 - middle[1]];
-                let value = value(picture.pixels[y * picture.size[0] + x]);
+                let i = y * picture.size[0] + x;
+                let value = value(picture.pixels[i]);
                 if u.hypot(v) <= radius {
                     dot.push((u, v, value));
-                } else {
+                } else if !dark[i] {
                     let terms = [1.0, u, v];
                     columns.iter_mut().zip(terms).for_each(|(column, term)| column.push(term));
                     side.push(value);
                 }
             }
+        }
+        if side.len() < MIN_GROUND {
+            return None;
         }
         // The ground is a plane.
         let plane = least_squares(columns, vec![side]);

@@ -1,6 +1,6 @@
 //! Patches of charts, in the plane of the chart: mm from the axis, x to the right and y up.
 
-use super::view::{ChartError, ChartView, MIN_SIDE};
+use super::view::{ChartError, ChartView, MIN_EDGES, MIN_GRID};
 
 /// A patch of one reflectance.
 #[derive(Clone, Debug, PartialEq)]
@@ -44,6 +44,7 @@ pub(super) fn flat(view: &ChartView<'_>, reflectance: f64) -> Result<Patch, Char
 
 /// Adds dots that fill the picture, one of them on the axis, and returns their distance (mm).
 pub(super) fn dots(view: &ChartView<'_>, to: &mut Vec<Patch>) -> Result<f64, ChartError> {
+    view.check_size(MIN_GRID)?;
     let height = view.resolution()[0].min(view.resolution()[1]);
     let spacing = f64::from(height) * view.pixel_width()? / DOT_ROWS;
     let count = view.reach()?.map(|reach| (reach / spacing).ceil() as i32);
@@ -64,9 +65,7 @@ pub(super) fn squares(
     to: &mut Vec<Patch>,
 ) -> Result<Vec<[[u32; 2]; 2]>, ChartError> {
     let [width, height] = view.resolution();
-    if width.min(height) < MIN_SIDE {
-        return Err(ChartError::Small { width, height });
-    }
+    view.check_size(MIN_EDGES)?;
     let half = [width, height].map(|n| f64::from(n) / 2.0);
     let side = 2.0 * SQUARE * half[0].min(half[1]);
     let long = usize::from(half[1] > half[0]);

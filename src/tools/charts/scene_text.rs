@@ -36,8 +36,7 @@ impl Chart {
     ) -> Result<String, ChartError> {
         let [width, height] = view.resolution();
         let magnification = view.magnification()?;
-        let diagonal =
-            f64::from(width).hypot(f64::from(height)) * magnification * view.pixel_width()?;
+        let diagonal = view.film_diagonal();
         // A white surface in the irradiance E has the radiance E / pi, and lights the film with a quarter of E over the
         // square of the working f-number.
         let f_number = camera.f_number.unwrap_or(4.0) * (1.0 + magnification);

@@ -1,9 +1,11 @@
-//! Where the picture of a camera shows the plane in focus.
+//! The plane in focus of a camera and its place in the picture.
 
 use petzval_optics::Calibration;
 
-/// Least height of a picture with edges (pixels): squares and their regions take a seventh of it.
-pub(super) const MIN_SIDE: u32 = 400;
+/// Least shorter side of a picture with edges (pixels): squares and their regions take a seventh of it.
+pub(super) const MIN_EDGES: u32 = 400;
+/// Least shorter side of a picture with dots (pixels), which are 10 pixels apart then.
+pub(super) const MIN_GRID: u32 = 120;
 
 /// Why a chart cannot be drawn.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -12,12 +14,22 @@ pub enum ChartError {
     /// Infinity is in focus.
     #[error("a chart stands in the plane in focus; expected a finite 'focus', such as 2m")]
     Infinite,
-    /// The camera sees more than a plane can show, or its film is dark there.
+    /// No light reaches a part of the film.
     #[error(
-        "no flat chart fills the picture: pixel {x:.0},{y:.0} shows a ray {angle:.0} degrees from the axis, or none; \
-         expected rays of at most 75 degrees: choose a smaller 'film-size'"
+        "no chart fills the picture: no light reaches pixel {x:.0},{y:.0}; choose a smaller 'film-size'"
     )]
-    Unreachable {
+    Dark {
+        /// Column.
+        x: f64,
+        /// Row.
+        y: f64,
+    },
+    /// The camera sees more than a plane can show.
+    #[error(
+        "no flat chart fills the picture: pixel {x:.0},{y:.0} shows a ray {angle:.0} degrees from the axis; expected at \
+         most 75 degrees: choose a smaller 'film-size'"
+    )]
+    Oblique {
         /// Column.
         x: f64,
         /// Row.
@@ -27,9 +39,11 @@ pub enum ChartError {
     },
     /// The picture has too few pixels.
     #[error(
-        "a chart of edges needs pictures of at least {MIN_SIDE} x {MIN_SIDE} pixels; found {width} x {height}"
+        "this chart needs pictures of at least {least} x {least} pixels; found {width} x {height}"
     )]
     Small {
+        /// Least width and height (pixels).
+        least: u32,
         /// Width (pixels).
         width: u32,
         /// Height (pixels).
@@ -60,6 +74,20 @@ impl<'a> ChartView<'a> {
         self.calibration.pixels.resolution
     }
 
+    /// Checks that the picture is large enough (pixels).
+    pub(super) fn check_size(&self, least: u32) -> Result<(), ChartError> {
+        let [width, height] = self.resolution();
+        match width.min(height) >= least {
+            true => Ok(()),
+            false => Err(ChartError::Small { least, width, height }),
+        }
+    }
+
+    /// Returns the diagonal of the film (mm).
+    pub(super) fn film_diagonal(&self) -> f64 {
+        2.0 * self.calibration.pixels.half_diagonal()
+    }
+
     /// Returns the distance of the chart from the film plane (mm).
     pub(super) fn distance(&self) -> f64 {
         self.calibration.focus
@@ -71,16 +99,15 @@ impl<'a> ChartView<'a> {
     /// # Errors
     /// Returns an error if it shows none.
     pub fn chart_point(&self, pixel: [f64; 2]) -> Result<[f64; 2], ChartError> {
-        let ray = self.calibration.scene_ray(pixel);
-        let angle = ray.map_or(f64::NAN, |ray| ray.angle().to_degrees());
-        match ray.filter(|_| angle <= 75.0) {
-            Some(ray) => {
-                let along = (self.distance() - ray.point.z) / ray.direction.z;
-                let at = ray.point + along * ray.direction;
-                Ok([at.x, -at.y])
-            }
-            None => Err(ChartError::Unreachable { x: pixel[0], y: pixel[1], angle }),
+        let [x, y] = pixel.map(|at| at.max(0.0));
+        let ray = self.calibration.scene_ray(pixel).ok_or(ChartError::Dark { x, y })?;
+        let angle = ray.angle().to_degrees();
+        if angle > 75.0 {
+            return Err(ChartError::Oblique { x, y, angle });
         }
+        let along = (self.distance() - ray.point.z) / ray.direction.z;
+        let at = ray.point + along * ray.direction;
+        Ok([at.x, -at.y])
     }
 
     /// Returns the middle of the picture (pixels).

@@ -3,9 +3,9 @@
 use petzval_base::io::{ReadContext, path_excerpt};
 use petzval_image::RawCodes;
 
-use super::data_file::{PictureSet, dark_of};
+use super::data_file::{ListedPicture, PictureSet, dark_of};
 use super::field_stack::{FieldStack, FieldStatistics, MIN_FIELD};
-use super::photon_transfer::{Exposure, PhotonTransfer};
+use super::photon_transfer::{Exposure, PhotonTransfer, TransferError};
 
 /// Parameters of the photosites behind one of the filters.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,8 +19,24 @@ pub struct ChannelTransfer {
     pub transfer: PhotonTransfer,
 }
 
-/// What all pictures have in common.
-type Layout = ([usize; 2], Option<[u8; 4]>);
+/// Size, filters and bits, which are the same in all pictures.
+type Layout = ([usize; 2], Option<[u8; 4]>, u32);
+
+/// Why pictures of a list cannot be evaluated.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{}{problem}", line.map_or_else(String::new, |line| format!("{line}:1: ")))]
+pub struct EvaluationError {
+    /// Number of the line of the list, from 1, if it is about one.
+    pub line: Option<usize>,
+    /// What is wrong.
+    pub problem: String,
+}
+
+impl EvaluationError {
+    fn at(line: usize, problem: impl ToString) -> Self {
+        Self { line: Some(line), problem: problem.to_string() }
+    }
+}
 
 /// A channel: its name, its first photosite and the step to the next one in both directions.
 struct Channel {
@@ -71,12 +87,12 @@ impl Channel {
 pub fn evaluate(
     sets: &[PictureSet],
     context: &ReadContext,
-) -> Result<Vec<ChannelTransfer>, String> {
+) -> Result<Vec<ChannelTransfer>, EvaluationError> {
     let mut layout = None;
     let fields: Vec<Vec<FieldStatistics>> =
         sets.iter().map(|set| statistics(set, &mut layout, context)).collect::<Result<_, _>>()?;
-    let Some((size, filters)) = layout else {
-        return Err("it lists no pictures".to_owned());
+    let Some((size, filters, _)) = layout else {
+        return Err(EvaluationError { line: None, problem: "it lists no pictures".to_owned() });
     };
     let lit = (0..sets.len()).filter(|&i| sets[i].light.is_some());
     let pairs: Vec<(usize, usize)> =
@@ -87,13 +103,18 @@ pub fn evaluate(
             light: fields[light][c],
             dark: fields[dark][c],
         });
-        match PhotonTransfer::new(exposures.collect()) {
-            Ok(transfer) => {
-                Ok(ChannelTransfer { channel: channel.name, size: channel.size(size), transfer })
-            }
-            Err(error) if filters.is_some() => Err(format!("{}: {error}", channel.name)),
-            Err(error) => Err(error.to_string()),
-        }
+        let transfer =
+            PhotonTransfer::new(exposures.collect()).map_err(|error| EvaluationError {
+                line: match error {
+                    TransferError::Dark { index, .. } => Some(sets[pairs[index].0].line),
+                    _ => None,
+                },
+                problem: match filters {
+                    Some(_) => format!("{}: {error}", channel.name),
+                    None => error.to_string(),
+                },
+            })?;
+        Ok(ChannelTransfer { channel: channel.name, size: channel.size(size), transfer })
     };
     Channel::of(filters).iter().enumerate().map(evaluated).collect()
 }
@@ -103,39 +124,47 @@ fn statistics(
     set: &PictureSet,
     layout: &mut Option<Layout>,
     context: &ReadContext,
-) -> Result<Vec<FieldStatistics>, String> {
+) -> Result<Vec<FieldStatistics>, EvaluationError> {
+    if set.pictures.len() < 2 {
+        return Err(EvaluationError::at(set.line, "the set has fewer than 2 pictures"));
+    }
     let mut stacks = Vec::new();
-    let mut held = context.hold(0)?;
-    for path in &set.pictures {
-        let raw = RawCodes::read(path, &context.temporary()).map_err(|error| error.to_string())?;
-        let file = path_excerpt(path);
+    let exceeds = |found: String| EvaluationError::at(set.line, found);
+    let mut held = context.hold(0).map_err(exceeds)?;
+    for ListedPicture { line, path } in &set.pictures {
+        let refused = |problem: String| EvaluationError::at(*line, problem);
+        // Codes are dropped after use; the file stays an input.
+        context
+            .register(path)
+            .map_err(|error| refused(format!("cannot read {}: {error}", path_excerpt(path))))?;
+        let raw = RawCodes::read(path, &context.temporary())
+            .map_err(|error| refused(error.to_string()))?;
         let channels = Channel::of(raw.filters);
-        let found = (raw.size, raw.filters);
+        let found = (raw.size, raw.filters, raw.bits);
         let [width, height] = raw.size;
-        match *layout {
-            None => {
-                let step = channels[0].step;
-                if width.min(height) / step < MIN_FIELD {
-                    return Err(format!(
-                        "{file} has {width} x {height} pixels; expected at least {0} x {0}",
-                        MIN_FIELD * step
-                    ));
-                }
-                *layout = Some(found);
+        if let Some(expected) = *layout
+            && expected != found
+        {
+            return Err(refused(format!(
+                "{} has {}; expected {}, as in the pictures before",
+                path_excerpt(path),
+                words_of(found),
+                words_of(expected)
+            )));
+        }
+        if layout.is_none() {
+            let least = MIN_FIELD * channels[0].step;
+            if width.min(height) < least {
+                return Err(refused(format!(
+                    "{} has {width} x {height} pixels; expected at least {least} x {least}",
+                    path_excerpt(path)
+                )));
             }
-            Some(expected) if expected != found => {
-                let ([expected_width, expected_height], _) = expected;
-                return Err(format!(
-                    "{file} has {width} x {height} pixels{}; expected {expected_width} x {expected_height} with the \
-                     same filters, as in the pictures before",
-                    if raw.filters.is_some() { " behind filters" } else { "" }
-                ));
-            }
-            Some(_) => {}
+            *layout = Some(found);
         }
         if stacks.is_empty() {
             // Two sums of each photosite.
-            held.add(16 * (width * height) as u64)?;
+            held.add(16 * (width * height) as u64).map_err(exceeds)?;
             stacks = channels.iter().map(|c| FieldStack::new(c.size(raw.size))).collect();
         }
         for (stack, channel) in stacks.iter_mut().zip(&channels) {
@@ -143,4 +172,17 @@ fn statistics(
         }
     }
     Ok(stacks.iter().map(FieldStack::statistics).collect())
+}
+
+/// Describes size, filters and bits.
+fn words_of(([width, height], filters, bits): Layout) -> String {
+    let filters = match filters {
+        None => "without filters".to_owned(),
+        Some(filters) => {
+            let letters: String =
+                filters.map(|filter| ['R', 'G', 'B'][usize::from(filter)]).iter().collect();
+            format!("behind the filters {letters}")
+        }
+    };
+    format!("{width} x {height} pixels of {bits} bits {filters}")
 }

@@ -6,7 +6,7 @@ mod field_stack;
 mod high_pass;
 mod photon_transfer;
 
-pub use data_file::{Light, PictureSet, parse_data_file};
-pub use evaluation::{ChannelTransfer, evaluate};
+pub use data_file::{Light, ListedPicture, PictureSet, parse_data_file};
+pub use evaluation::{ChannelTransfer, EvaluationError, evaluate};
 pub use field_stack::{FieldStack, FieldStatistics, MIN_FIELD, Variances};
-pub use photon_transfer::{Exposure, PhotonTransfer, TransferError};
+pub use photon_transfer::{Deviation, Exposure, PhotonTransfer, TransferError};

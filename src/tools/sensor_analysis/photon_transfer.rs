@@ -1,5 +1,6 @@
 //! Parameters of a sensor from its photon transfer curve.
 
+use petzval_base::least_squares::least_squares;
 use petzval_render::sensor::Components;
 
 use super::field_stack::{FieldStatistics, Variances};
@@ -8,14 +9,18 @@ use super::field_stack::{FieldStatistics, Variances};
 const FIT_END: f64 = 0.7;
 /// Range of the saturation in which linearity is measured.
 const LINEAR_RANGE: [f64; 2] = [0.05, 0.95];
-/// Share of the saturation at which PRNU is measured.
+/// Share of the saturation at which PRNU is measured, and the range for stacks of more pictures.
 const PRNU_LEVEL: f64 = 0.5;
+const PRNU_RANGE: [f64; 2] = [0.3, 0.7];
 /// Share of the largest temporal noise (variance) below which all photosites are full.
 const FULL: f64 = 0.1;
-/// Variance of rounding to whole codes.
+/// Variance of rounding to whole codes. Below a variance of the dark, rounding hides its noise, which is then at most a
+/// number of codes (eqs. 53 and 54).
 const ROUNDING: f64 = 1.0 / 12.0;
+const RESOLVED: f64 = 0.24;
+const HIDDEN: f64 = 0.40;
 
-/// Why pictures tell no parameters.
+/// Why exposures give no parameters.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum TransferError {
@@ -24,10 +29,10 @@ pub enum TransferError {
     NoLight,
     /// An exposure is not brighter than the dark.
     #[error(
-        "the mean of exposure {index} is {mean:.2}, that of its dark {dark:.2}; expected more light"
+        "the mean of pictures with light is {mean:.2}, that of their dark {dark:.2}; expected more light"
     )]
     Dark {
-        /// Number of the exposure, from 1.
+        /// Position of the exposure in the list, from 0.
         index: usize,
         /// Its mean (codes).
         mean: f64,
@@ -40,7 +45,7 @@ pub enum TransferError {
          expected linear codes with photon noise that are not clipped"
     )]
     NoPhotonNoise {
-        /// Temporal variance of the brightest exposure of the fit (square of codes).
+        /// Largest temporal variance (square of codes).
         light: f64,
         /// That of its dark.
         dark: f64,
@@ -70,6 +75,25 @@ impl Exposure {
     }
 }
 
+/// A standard deviation, and its parts; 0 where less than none was estimated.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Deviation {
+    /// Of all together.
+    pub total: f64,
+    /// By photosite, row and column.
+    pub parts: Components,
+}
+
+impl Deviation {
+    /// Returns the deviation of variances in a unit of so many codes.
+    fn new(variances: Variances, unit: f64) -> Self {
+        let deviation = |variance: f64| variance.max(0.0).sqrt() / unit;
+        let Variances { pixel, row, column } = variances;
+        let [pixel, row, column] = [pixel, row, column].map(deviation);
+        Self { total: deviation(variances.total()), parts: Components { pixel, row, column } }
+    }
+}
+
 /// Parameters of a sensor. Source: EMVA 1288, release 4.0 (2021), linear model. The saturation is that of release 3.1:
 /// release 4.0 finds it by a few pixels at the last code, which a full well below that code never shows.
 #[derive(Clone, Debug, PartialEq)]
@@ -78,22 +102,26 @@ pub struct PhotonTransfer {
     pub exposures: Vec<Exposure>,
     /// System gain K (codes an electron).
     pub gain: f64,
-    /// Mean of the dark (codes).
-    pub dark_mean: f64,
+    /// The dark of which mean, noise and DSNU are stated: of those with the most pictures, that with the lowest mean.
+    pub dark: FieldStatistics,
     /// Temporal noise of the dark without that of rounding (electrons): read noise, and shot noise of dark current.
-    pub dark_noise: Components,
+    pub dark_noise: Deviation,
+    /// Whether the noise of the dark is resolved; if rounding hides it, its total is an upper bound.
+    pub is_dark_noise_resolved: bool,
     /// Non-uniformity of the dark signal (electrons).
-    pub dsnu: Components,
+    pub dsnu: Deviation,
     /// Non-uniformity of the response, relative to the signal.
-    pub prnu: Components,
+    pub prnu: Deviation,
+    /// Signal at which PRNU was measured (electrons).
+    pub prnu_signal: f64,
     /// Electrons at the largest temporal noise, which falls beyond; `None` if it is that of the last exposure.
     pub saturation: Option<f64>,
     /// Electrons of photosites that are full, or at the last code; `None` if the last exposure does not fill them all.
     pub full_well: Option<f64>,
     /// Electrons a photon; `None` if photons were not measured.
     pub quantum_efficiency: Option<f64>,
-    /// Mean deviation from a line, relative to it, between 5 and 95 % of the saturation; `None` without photons or
-    /// saturation, or with fewer than three exposures there.
+    /// Mean deviation from a line, relative to it, between 5 and 95 % of the saturation; `None` without
+    /// saturation, or with fewer than three exposures with photons there.
     pub linearity_error: Option<f64>,
 }
 
@@ -103,67 +131,57 @@ impl PhotonTransfer {
     /// # Errors
     /// Returns an error if there is no light or no photon noise in them.
     pub fn new(mut exposures: Vec<Exposure>) -> Result<Self, TransferError> {
-        for (i, exposure) in exposures.iter().enumerate() {
+        for (index, exposure) in exposures.iter().enumerate() {
             if exposure.signal() <= 0.0 {
                 let [mean, dark] = [exposure.light.mean, exposure.dark.mean];
-                return Err(TransferError::Dark { index: i + 1, mean, dark });
+                return Err(TransferError::Dark { index, mean, dark });
             }
         }
         exposures.sort_by(|a, b| a.signal().total_cmp(&b.signal()));
         let last = exposures.last().ok_or(TransferError::NoLight)?;
-        let noisiest = |best: &'_ Exposure, other: &'_ Exposure| {
-            best.light.temporal.total() < other.light.temporal.total()
-        };
-        let peak = exposures
-            .iter()
-            .fold(&exposures[0], |best, other| if noisiest(best, other) { other } else { best });
+        let noise = |exposure: &Exposure| exposure.light.temporal.total();
+        let peak = exposures.iter().fold(&exposures[0], |peak, exposure| {
+            if noise(exposure) > noise(peak) { exposure } else { peak }
+        });
         let is_reached = peak.signal() < last.signal();
         let saturation = peak.signal();
         let end = if is_reached { FIT_END * saturation } else { saturation };
-        // At least the darkest, whatever their number.
-        let fitted = || {
-            exposures
-                .iter()
-                .enumerate()
-                .filter(|(i, e)| *i == 0 || e.signal() <= end)
-                .map(|(_, e)| e)
-        };
-        let gain = slope(fitted().map(|e| [e.signal(), e.photon_noise()]));
+        // At least the darkest, whatever its signal.
+        let count = exposures.iter().filter(|e| e.signal() <= end).count().max(1);
+        let fitted = &exposures[..count];
+        let gain = slope(fitted.iter().map(|e| [e.signal(), e.photon_noise()]));
         if gain.is_nan() || gain <= 0.0 {
             let [light, dark] = [peak.light, peak.dark].map(|field| field.temporal.total());
             return Err(TransferError::NoPhotonNoise { light, dark });
         }
-        let responsivity = fitted()
-            .map(|e| e.photons.map(|photons| [photons, e.signal()]))
-            .collect::<Option<Vec<_>>>()
-            .map(slope);
-        // Stacks of many pictures know patterns best.
-        let pictures = exposures.iter().map(|e| e.light.pictures).max().unwrap_or(0);
-        let off = |e: &&Exposure| (e.signal() - PRNU_LEVEL * saturation).abs();
-        let half = exposures
-            .iter()
-            .filter(|e| e.light.pictures == pictures)
-            .min_by(|a, b| off(a).total_cmp(&off(b)))
-            .unwrap_or(peak);
-        let dark =
-            exposures.iter().map(|e| e.dark).max_by_key(|dark| dark.pictures).unwrap_or(peak.dark);
-        let first = exposures[0].dark;
-        let prnu = half.light.spatial.less(dark.spatial, 1.0);
-        let mut rounded = first.temporal;
-        rounded.pixel -= ROUNDING;
+        let lit: Vec<[f64; 2]> =
+            fitted.iter().filter_map(|e| Some([e.photons?, e.signal()])).collect();
+        let dark = exposures.iter().map(|e| e.dark).fold(peak.dark, |best, dark| {
+            let rank = |dark: &FieldStatistics| (dark.pictures, -dark.mean);
+            if rank(&dark) > rank(&best) { dark } else { best }
+        });
+        let half = half_saturated(&exposures, saturation, is_reached);
+        let mut noise_of_dark = dark.temporal;
+        let is_dark_noise_resolved = noise_of_dark.total() >= RESOLVED;
+        noise_of_dark.pixel -= ROUNDING;
+        let mut dark_noise = Deviation::new(noise_of_dark, gain);
+        if !is_dark_noise_resolved {
+            dark_noise.total = HIDDEN / gain;
+        }
         let is_full = last.light.temporal.total()
             < FULL * peak.light.temporal.total() + last.dark.temporal.total();
-        let linearity_error = is_reached.then(|| linearity(&exposures, saturation)).flatten();
         Ok(Self {
             gain,
-            dark_mean: first.mean,
-            dark_noise: deviations(rounded, gain),
-            dsnu: deviations(dark.spatial, gain),
-            prnu: deviations(prnu, half.signal()),
+            dark,
+            dark_noise,
+            is_dark_noise_resolved,
+            dsnu: Deviation::new(dark.spatial, gain),
+            prnu: Deviation::new(half.light.spatial.less(half.dark.spatial, 1.0), half.signal()),
+            prnu_signal: half.signal() / gain,
             saturation: is_reached.then_some(saturation / gain),
             full_well: (is_reached && is_full).then(|| last.signal() / gain),
-            quantum_efficiency: responsivity.map(|responsivity| responsivity / gain),
-            linearity_error,
+            quantum_efficiency: (!lit.is_empty()).then(|| slope(lit) / gain),
+            linearity_error: is_reached.then(|| linearity(&exposures, saturation)).flatten(),
             exposures,
         })
     }
@@ -171,15 +189,29 @@ impl PhotonTransfer {
     /// Returns the least signal that is told from the dark (electrons): that of a signal-to-noise ratio of 1 (eq. 27).
     pub fn threshold(&self) -> f64 {
         let rounding = ROUNDING / (self.gain * self.gain);
-        (self.dark_noise.variance() + rounding + 0.25).sqrt() + 0.5
+        (self.dark_noise.total.powi(2) + rounding + 0.25).sqrt() + 0.5
     }
 }
 
-/// Returns standard deviations in a unit of so many codes; 0 where less than none was estimated.
-fn deviations(variances: Variances, unit: f64) -> Components {
-    let [pixel, row, column] = [variances.pixel, variances.row, variances.column]
-        .map(|variance| variance.max(0.0).sqrt() / unit);
-    Components { pixel, row, column }
+/// Returns the exposure of which PRNU is stated: of those near half of the saturation the one with the most pictures, and
+/// of these the nearest. Where the saturation is not reached, or no exposure is near, all count.
+fn half_saturated(exposures: &[Exposure], saturation: f64, is_reached: bool) -> &Exposure {
+    let distance = |e: &Exposure| (e.signal() / saturation - PRNU_LEVEL).abs();
+    let [low, high] = PRNU_RANGE;
+    let is_near = |e: &&Exposure| (low..=high).contains(&(e.signal() / saturation));
+    let near: Vec<&Exposure> = exposures.iter().filter(is_near).collect();
+    let most = |of: &[&Exposure]| of.iter().map(|e| e.light.pictures).max().unwrap_or(0);
+    let (candidates, pictures) = match (near.is_empty(), is_reached) {
+        (false, true) => (near.clone(), most(&near)),
+        (true, true) => (exposures.iter().collect(), 0),
+        (_, false) => {
+            let all: Vec<&Exposure> = exposures.iter().collect();
+            let pictures = most(&all);
+            (all, pictures)
+        }
+    };
+    let stacks = candidates.into_iter().filter(|e| e.light.pictures >= pictures);
+    stacks.min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(&exposures[0])
 }
 
 /// Returns the slope of the line through 0 with the least squares.
@@ -189,22 +221,90 @@ fn slope(points: impl IntoIterator<Item = [f64; 2]>) -> f64 {
     xy / xx
 }
 
-/// Returns the mean deviation from the line with the least relative squares; `None` without photons or with less than
-/// three exposures in the range.
+/// Returns the mean deviation from the line with the least relative squares (eqs. 59 to 63); `None` with less than three
+/// exposures with photons in the range.
 fn linearity(exposures: &[Exposure], saturation: f64) -> Option<f64> {
     let [low, high] = LINEAR_RANGE.map(|share| share * saturation);
     let inside = exposures.iter().filter(|e| (low..=high).contains(&e.signal()));
-    let points: Vec<[f64; 2]> =
-        inside.map(|e| Some([e.photons?, e.signal()])).collect::<Option<_>>()?;
+    let points: Vec<[f64; 2]> = inside.filter_map(|e| Some([e.photons?, e.signal()])).collect();
     if points.len() < 3 {
         return None;
     }
-    // Weights 1/y^2.
-    let sum = |f: fn(f64, f64) -> f64| points.iter().map(|&[x, y]| f(x, y) / (y * y)).sum::<f64>();
-    let [one, x, xx, y, xy] =
-        [sum(|_, _| 1.0), sum(|x, _| x), sum(|x, _| x * x), sum(|_, y| y), sum(|x, y| x * y)];
-    let determinant = one * xx - x * x;
-    let [offset, slope] = [(xx * y - x * xy) / determinant, (one * xy - x * y) / determinant];
-    let off = points.iter().map(|[x, y]| (y / (offset + slope * x) - 1.0).abs());
+    let column = |f: fn(f64) -> f64| points.iter().map(|&[x, y]| f(x) / y).collect::<Vec<_>>();
+    let line = least_squares(vec![column(|_| 1.0), column(|x| x)], vec![vec![1.0; points.len()]]);
+    let off = points.iter().map(|[x, y]| (y / (line[0][0] + line[0][1] * x) - 1.0).abs());
     Some(off.sum::<f64>() / points.len() as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Returns a field of a mean, with temporal and spatial variances of photosites.
+    fn field(pictures: usize, mean: f64, temporal: f64, spatial: f64) -> FieldStatistics {
+        let of = |pixel| Variances { pixel, ..Variances::default() };
+        FieldStatistics { pictures, mean, temporal: of(temporal), spatial: of(spatial) }
+    }
+
+    /// Returns an exposure of a sensor of 0.5 codes an electron, a noise of the dark of 4 electrons, a dark non-uniformity
+    /// in proportion to its time, and a non-uniformity of 1 %, at 2 photons an electron.
+    fn exposure(electrons: f64, pictures: usize, time: f64) -> Exposure {
+        let (dark, dsnu) = (100.0 + 10.0 * time, 3.0 * time);
+        let temporal = 16.0 * 0.25 + ROUNDING;
+        let prnu = 0.01 * electrons;
+        Exposure {
+            photons: Some(2.0 * electrons),
+            light: field(
+                pictures,
+                dark + 0.5 * electrons,
+                temporal + 0.25 * electrons,
+                0.25 * (dsnu * dsnu + prnu * prnu),
+            ),
+            dark: field(pictures, dark, temporal, 0.25 * dsnu * dsnu),
+        }
+    }
+
+    #[test]
+    fn exposures_of_several_times_have_their_own_darks() {
+        let exposures = (1..=10).map(|i| exposure(1000.0 * f64::from(i), 2, f64::from(i)));
+        let found = PhotonTransfer::new(exposures.collect()).unwrap();
+        let near = |found: f64, expected: f64| assert!((found - expected).abs() < 1e-9, "{found}");
+        near(found.gain, 0.5);
+        near(found.dark_noise.total, 4.0);
+        near(found.prnu.total, 0.01);
+        near(found.prnu_signal, 5000.0);
+        // The shortest time.
+        near(found.dark.mean, 110.0);
+        near(found.dsnu.total, 3.0);
+        near(found.quantum_efficiency.unwrap(), 0.5);
+        assert_eq!((found.saturation, found.linearity_error), (None, None));
+    }
+
+    #[test]
+    fn a_saturated_stack_does_not_state_the_prnu() {
+        let mut exposures: Vec<_> =
+            (1..=10).map(|i| exposure(1000.0 * f64::from(i), 2, 1.0)).collect();
+        let full = |pictures| Exposure { light: field(pictures, 5150.0, 0.5, 0.0), ..exposures[9] };
+        exposures.extend([full(16), full(2)]);
+        let found = PhotonTransfer::new(exposures.clone()).unwrap();
+        assert_eq!((found.prnu_signal.round(), found.saturation), (5000.0, Some(10_000.0)));
+        assert!((found.prnu.total - 0.01).abs() < 1e-9);
+        assert!((found.full_well.unwrap() - 10_080.0).abs() < 1e-9);
+        assert!(found.linearity_error.unwrap() < 1e-12);
+        // A stack near half of the saturation is better than a pair.
+        exposures.push(exposure(6500.0, 16, 1.0));
+        assert_eq!(PhotonTransfer::new(exposures).unwrap().prnu_signal.round(), 6500.0);
+    }
+
+    #[test]
+    fn noise_that_rounding_hides_is_a_bound() {
+        let mut one = exposure(4000.0, 2, 0.0);
+        one.dark.temporal = Variances::default();
+        one.light.temporal.pixel = 0.25 * 4000.0;
+        let found = PhotonTransfer::new(vec![one]).unwrap();
+        assert!(!found.is_dark_noise_resolved && (found.dark_noise.total - 0.8).abs() < 1e-9);
+        // Parts that are less than none do not add to the total.
+        one.dark.spatial = Variances { pixel: -0.3, row: 0.1, column: 0.1 };
+        assert_eq!(PhotonTransfer::new(vec![one]).unwrap().dsnu.total, 0.0);
+    }
 }
