@@ -1,8 +1,10 @@
 //! Test charts: what is measured in their pictures is what the lens does.
 
+use std::path::{Path, PathBuf};
+
 use petzval_image::Picture;
 use petzval_lens::{FocusModel, Pose, Prescription, RealRayFocus};
-use petzval_optics::{Calibration, CalibrationSetup, FieldRay, PixelGrid};
+use petzval_optics::{Calibration, CalibrationSetup, FieldRay, LateralColour, PixelGrid};
 use petzval_render::Backend;
 use petzval_render::prepare::{Changes, prepare};
 use petzval_scene_formats::pbrt;
@@ -11,13 +13,20 @@ use petzval_tools::charts::{Chart, ChartCamera, ChartKind, ChartView};
 
 use crate::support::{folder, picture, root, write};
 
-fn lens(name: &str) -> Prescription {
-    petzval_lens_formats::read(&root().join("lenses").join(name)).expect("a lens of the repository")
+/// Returns the path of a lens file of the repository.
+fn lens_file(name: &str) -> PathBuf {
+    root().join("lenses").join(name)
+}
+
+fn read(lens: &Path) -> Prescription {
+    petzval_lens_formats::read(lens).expect("a lens")
 }
 
 /// A chart, how the lens sees it, and its picture.
 struct Photograph {
     calibration: Calibration,
+    /// Lateral colour of red and of blue, if the lens disperses light.
+    colour: Option<[LateralColour; 2]>,
     chart: Chart,
     picture: Picture,
 }
@@ -25,11 +34,12 @@ struct Photograph {
 /// Photographs a chart at 2 m on a film of this width (mm), at f/8.
 fn photograph(
     kind: ChartKind,
-    (name, width): (&str, f64),
+    (file, width): (&Path, f64),
     resolution: [u32; 2],
     samples: u32,
+    effects: &str,
 ) -> Photograph {
-    let mut lens = lens(name);
+    let mut lens = read(file);
     lens.stop_down(lens.f_number_diameter(8.0).expect("an f-number"));
     let pixels = PixelGrid::new(resolution, width);
     let diagonal = 2.0 * pixels.half_diagonal();
@@ -41,28 +51,30 @@ fn photograph(
     let view = ChartView::new(&calibration).expect("a plane");
     let chart = Chart::new(kind, &view).expect("a chart");
     let camera = ChartCamera {
-        lens: &root().join("lenses").join(name),
+        lens: file,
         stop_diameter: lens.rows[lens.stop()].diameter,
         f_number: RealRayFocus::new(&lens).f_number(),
     };
     let text = chart.scene(&view, &camera, "this test").expect("a scene");
     let folder = folder();
     let description = pbrt::read(&write(&folder, "chart.pbrt", text)).expect("a scene");
-    let effects = "none".parse().expect("a selection");
+    let effects = effects.parse().expect("a selection");
     let changes = Changes { effects, ..Changes::default() };
     let mut job = prepare(description, &changes).expect("a job").job;
     job.samples = 0..samples;
     let picture = picture(&job, Backend::Simd, 2);
-    Photograph { calibration, chart, picture }
+    let channels = setup.channel_fields().expect("glasses");
+    let colour = channels.and_then(|channels| calibration.lateral_colour(&channels));
+    Photograph { calibration, colour, chart, picture }
 }
 
 #[test]
 fn distortion_in_a_picture_of_the_grid_is_that_of_the_calibration() {
-    for (lens, resolution) in
-        [(("dgauss.50mm.dat", 36.0), [720, 480]), (("wide.22mm.dat", 16.0), [480, 720])]
+    for (name, width, resolution) in
+        [("dgauss.50mm.dat", 36.0, [720, 480]), ("wide.22mm.dat", 16.0, [480, 720])]
     {
         let Photograph { calibration, chart, picture, .. } =
-            photograph(ChartKind::Grid, lens, resolution, 128);
+            photograph(ChartKind::Grid, (&lens_file(name), width), resolution, 128, "none");
         let grid = DotGrid::measure(&picture).expect("a grid");
         let view = ChartView::new(&calibration).expect("a plane");
         let middle = view.chart_point(calibration.pixels.centre()).expect("light");
@@ -78,13 +90,13 @@ fn distortion_in_a_picture_of_the_grid_is_that_of_the_calibration() {
         let farthest = grid.farthest();
         println!(
             "{}: {} dots, {:+.3} % at the farthest, off by {worst:.4} pixels, residual {:.4}",
-            lens.0,
+            name,
             grid.dots.len(),
             100.0 * farthest.distortion,
             grid.residual
         );
         assert!(grid.dots.len() >= 150, "{} dots", grid.dots.len());
-        assert!(worst < 0.05, "{}: {worst} pixels", lens.0);
+        assert!(worst < 0.05, "{name}: {worst} pixels");
         assert!(grid.residual < 0.05, "{}", grid.residual);
         assert!((grid.steps[0][0] * width / chart.spacing - 1.0).abs() < 2e-3, "{:?}", grid.steps);
         // The whole chart is lit alike: as much light as the f-number says.
@@ -97,10 +109,56 @@ fn distortion_in_a_picture_of_the_grid_is_that_of_the_calibration() {
     }
 }
 
+/// A plane-convex lens of 50 mm behind its stop.
+const LANDSCAPE: &str = r#"
+name = "landscape lens"
+[[surface]]
+radius = inf
+thickness = 10.0
+diameter = 6.4
+stop = true
+[[surface]]
+radius = inf
+thickness = 4.0
+diameter = 24.0
+glass = "N-BK7"
+[[surface]]
+radius = -25.9
+diameter = 24.0
+"#;
+
+#[test]
+fn lateral_colour_in_a_picture_of_the_grid_is_that_of_the_lens() {
+    let folder = folder();
+    let lens = write(&folder, "landscape.toml", LANDSCAPE);
+    let Photograph { calibration, colour, picture, .. } =
+        photograph(ChartKind::Grid, (&lens, 24.0), [480, 320], 512, "+dispersion");
+    let colour = colour.expect("a glass that disperses");
+    let grid = DotGrid::measure(&picture).expect("a grid");
+    // Radii of the polynomial are over half of the shorter side.
+    let half = f64::from(calibration.pixels.resolution[1]) / 2.0;
+    for channel in 0..2 {
+        let (mut product, mut square, mut largest) = (0.0, 0.0, 0.0_f64);
+        for dot in &grid.dots {
+            let r = grid.radius(dot) / half;
+            let [v, c, b] = colour[channel].terms;
+            let expected = half * r * (v - 1.0 + c * r + b * r * r);
+            product += grid.lateral_colour(dot)[channel] * expected;
+            square += expected * expected;
+            largest = largest.max(expected.abs());
+        }
+        let ratio = product / square;
+        println!("lateral colour up to {largest:.3} pixels: {ratio:.4} of it measured");
+        assert!(largest > 0.2, "{largest}");
+        assert!((ratio - 1.0).abs() < 0.03, "{ratio}");
+    }
+}
+
 #[test]
 fn squares_of_the_edge_chart_lie_where_it_says() {
-    let lens = ("dgauss.50mm.dat", 36.0);
-    let Photograph { chart, picture, .. } = photograph(ChartKind::Edges, lens, [600, 400], 64);
+    let lens = lens_file("dgauss.50mm.dat");
+    let Photograph { chart, picture, .. } =
+        photograph(ChartKind::Edges, (&lens, 36.0), [600, 400], 64, "none");
     assert_eq!(chart.edges.len(), 18);
     for (i, region) in chart.edges.iter().enumerate() {
         let region = region.map(|at| at.map(|n| n as usize));
@@ -117,7 +175,7 @@ fn squares_of_the_edge_chart_lie_where_it_says() {
 #[test]
 fn charts_that_cannot_fill_the_picture_are_refused() {
     let refused = |name: &str, focus: f64, resolution: [u32; 2], kind| {
-        let lens = lens(name);
+        let lens = read(&lens_file(name));
         let pixels = PixelGrid::new(resolution, 36.0);
         let diagonal = 2.0 * pixels.half_diagonal();
         let film_distance = FocusModel::Sharpest.film(&lens, focus, diagonal).expect("a focus");
