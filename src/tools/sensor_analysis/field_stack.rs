@@ -217,5 +217,13 @@ mod tests {
         // The filter takes nothing of so short a period.
         assert!((row - 1.25 / of_line).abs() < 0.05 && pixel.abs() < 1e-9, "{found:?}");
         assert!((column + 1.0 / 3.0).abs() < 0.05, "{found:?}");
+        // The same by column, in all pictures.
+        let mut stack = FieldStack::new(size);
+        for _ in 0..2 {
+            stack.add((0..60 * 64).map(|i| 100.0 + (i % 60 % 4) as f64));
+        }
+        let Variances { pixel, row, column } = stack.statistics().spatial;
+        assert!((column - 1.25 / of_line).abs() < 0.05, "{column}");
+        assert!(pixel.abs() < 1e-9 && row.abs() < 1e-9, "{pixel} {row}");
     }
 }
