@@ -4,14 +4,17 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
-use petzval_base::io::ReadContext;
+use petzval_base::io::{ReadContext, path_excerpt};
 use petzval_lens::RealRayFocus;
 use petzval_tools::charts::{Chart, ChartCamera, ChartKind, ChartView};
 
-use super::arguments::argv::{argv, shell_line};
+use super::arguments::argv::{accepted_words, argv, shell_line};
 use super::lens::LensCameraArguments;
 use super::outputs::claim_writable;
 use super::{Failure, Outcome};
+
+/// Options that choose what a lens file means, which the render needs too.
+const OF_LENS_FILE: [&str; 4] = ["--zoom", "--wavelengths", "--catalogue", "--approximate"];
 
 /// Arguments of `petzval chart`.
 #[derive(Debug, clap::Args)]
@@ -55,8 +58,12 @@ pub(super) fn run(arguments: &ChartArguments) -> Result<Outcome, Failure> {
         return Err(format!("-o {}: expected the name of a scene, .pbrt", output.display()).into());
     }
     let lens_path = std::path::absolute(&camera.lens)?;
-    if lens_path.to_string_lossy().contains(char::is_control) {
-        return Err("a scene cannot name a lens file with control characters in its path".into());
+    if lens_path.to_str().is_none_or(|path| path.contains(char::is_control)) {
+        return Err(format!(
+            "{}: a scene cannot name this file; expected a path in UTF-8 without control characters",
+            path_excerpt(&camera.lens)
+        )
+        .into());
     }
     let lens = camera.read(&context)?;
     let file = claim_writable(&camera.file.outputs(&context.files()), output, "-o")?;
@@ -88,11 +95,11 @@ fn next_steps(chart: &Chart, scene: &Path, disperses: bool) -> String {
     if disperses {
         render.extend(["--effects", "+dispersion"]);
     }
-    let argv = argv();
-    let of_lens = lens_file_words(&argv);
-    render.extend(of_lens.iter().map(String::as_str));
+    let accepted = accepted_words(&argv(), "render").unwrap_or_default();
+    let is_of_file = |word: &&str| OF_LENS_FILE.iter().any(|option| word.starts_with(option));
+    render.extend(accepted.iter().map(String::as_str).filter(is_of_file));
     let mut text = line(&render) + "\n";
-    if chart.spacing > 0.0 {
+    if chart.spacing.is_some() {
         text += &(line(&["petzval", "measure", "grid", &picture]) + "\n");
     }
     if !chart.edges.is_empty() {
@@ -103,19 +110,4 @@ fn next_steps(chart: &Chart, scene: &Path, disperses: bool) -> String {
         text.push('\n');
     }
     text
-}
-
-/// Returns the words of the command that choose what the lens file means, which the render needs too.
-fn lens_file_words(argv: &[String]) -> Vec<String> {
-    let mut words = Vec::new();
-    let mut argv = argv.iter().peekable();
-    while let Some(word) = argv.next() {
-        let name = word.split('=').next().unwrap_or(word);
-        let has_value = ["--zoom", "--wavelengths", "--catalogue"].contains(&name);
-        if has_value || name == "--approximate" {
-            words.push(word.clone());
-            words.extend(argv.next_if(|_| has_value && !word.contains('=')).cloned());
-        }
-    }
-    words
 }

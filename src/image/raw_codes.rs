@@ -1,10 +1,10 @@
 //! Codes of a sensor as they were read out, without a picture made of them.
 
 use std::fs::File;
-use std::io::Read;
+use std::io::BufReader;
 use std::path::Path;
 
-use image::DynamicImage;
+use image::{DynamicImage, ImageFormat, ImageReader};
 use petzval_base::io::ReadContext;
 
 use super::format::extension;
@@ -66,18 +66,73 @@ impl RawCodes {
     }
 }
 
-/// Returns the bits of a grey file whose samples grow with the light.
+/// Returns the bits of the samples of a file, which the image crate scales if they are neither 8 nor 16.
 ///
 /// # Errors
-/// Returns what was found if they are neither 8 nor 16, which the decoder would scale, or if white is 0.
+/// Returns what was found if they are others, or if white is 0 in a TIFF.
 fn declared_bits(path: &Path) -> Result<u32, String> {
-    let mut head = [0; 26];
-    let read = File::open(path).and_then(|mut file| file.read_exact(&mut head));
-    let is_png = read.is_ok() && head.starts_with(b"\x89PNG\r\n\x1a\n");
-    // The header of a PNG stands first; its bits follow the size.
-    let bits = if is_png { u32::from(head[24]) } else { tiff::bits_of_codes(path)? };
+    let file = || File::open(path).map(BufReader::new).map_err(|error| error.to_string());
+    let format = ImageReader::new(file()?).with_guessed_format();
+    let bits = match format.map_err(|error| error.to_string())?.format() {
+        Some(ImageFormat::Png) => {
+            let reader =
+                png::Decoder::new(file()?).read_info().map_err(|error| error.to_string())?;
+            reader.info().bit_depth as u32
+        }
+        _ => tiff::bits_of_codes(path)?,
+    };
     match bits {
         8 | 16 => Ok(bits),
         _ => Err(format!("its samples have {bits} bits; expected 8 or 16")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(path: &Path) -> Result<RawCodes, String> {
+        RawCodes::read(path, &ReadContext::default()).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn codes_are_those_of_the_file_and_scaled_ones_are_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        let codes = vec![0_u16, 7, 4095, 65535];
+        let wide =
+            image::ImageBuffer::<image::Luma<u16>, _>::from_vec(2, 2, codes.clone()).unwrap();
+        for name in ["wide.png", "wide.tif"] {
+            wide.save(path(name)).unwrap();
+            let found = read(&path(name)).unwrap();
+            assert_eq!(
+                (found.size, found.codes, found.bits),
+                ([2, 2], codes.clone(), 16),
+                "{name}"
+            );
+            assert_eq!(found.filters, None);
+        }
+        image::GrayImage::from_vec(2, 1, vec![3, 200]).unwrap().save(path("byte.png")).unwrap();
+        let found = read(&path("byte.png")).unwrap();
+        assert_eq!((found.codes, found.bits), (vec![3, 200], 8));
+
+        for (depth, bits) in [(png::BitDepth::One, 1), (png::BitDepth::Four, 4)] {
+            let file = std::fs::File::create(path("few.png")).unwrap();
+            let mut encoder = png::Encoder::new(file, 2, 1);
+            encoder.set_color(png::ColorType::Grayscale);
+            encoder.set_depth(depth);
+            encoder.write_header().unwrap().write_image_data(&[0x40]).unwrap();
+            let refused = read(&path("few.png")).unwrap_err();
+            assert!(refused.contains(&format!("{bits} bits; expected 8 or 16")), "{refused}");
+        }
+        // The entry PhotometricInterpretation, BlackIsZero, becomes WhiteIsZero.
+        let mut bytes = std::fs::read(path("wide.tif")).unwrap();
+        let entry = [6, 1, 3, 0, 1, 0, 0, 0, 1, 0];
+        let at = bytes.windows(entry.len()).position(|window| window == entry).unwrap();
+        bytes[at + 8] = 0;
+        std::fs::write(path("negative.tif"), bytes).unwrap();
+        let refused = read(&path("negative.tif")).unwrap_err();
+        assert!(refused.contains("white is 0 in it"), "{refused}");
+        assert!(read(&path("picture.jpg")).unwrap_err().contains(".dng, .png, .tif and .tiff"));
     }
 }

@@ -138,7 +138,8 @@ fn pictures_of_uniform_light_give_back_the_parameters_of_their_sensor() {
     let (code, stdout, stderr) =
         petzval(at, &["measure", "noise", "list.txt", "--json", "--csv", "curve.csv"]);
     assert_eq!(code, 0, "{stderr}");
-    let found: Vec<serde_json::Value> = serde_json::from_str(&stdout).expect("JSON");
+    let found: serde_json::Value = serde_json::from_str(&stdout).expect("JSON");
+    let found = found["channels"].as_array().expect("channels").clone();
     let names: Vec<_> = found.iter().map(|channel| channel["channel"].as_str()).collect();
     assert_eq!(names, ["red", "green/red", "green/blue", "blue"].map(Some));
     let gain = (16383.0 - 1024.0) / 40_000.0;
@@ -188,6 +189,7 @@ fn pictures_of_uniform_light_give_back_the_parameters_of_their_sensor() {
     assert!(code == 2 && stderr.contains("17.dng"), "{stderr}");
 
     // What cannot be evaluated.
+    write_edge(at, "colour.png", 0.1);
     std::fs::write(at.join("small.png"), png_of([30, 30], 30)).expect("a file");
     std::fs::write(at.join("plain.png"), png_of([60, 60], 60)).expect("a file");
     let whole = std::fs::read(at.join("1.dng")).expect("a file");
@@ -222,6 +224,10 @@ fn pictures_of_uniform_light_give_back_the_parameters_of_their_sensor() {
         (
             "d 1\ni plain.png\ni ./plain.png\nb 1\ni bright.png\ni ./bright.png\n",
             "the noise does not grow with the light",
+        ),
+        (
+            "d 1\ni 1.dng\ni colour.png\n",
+            "list.txt:3:1: cannot read the picture colour.png: it is a picture in colours",
         ),
         ("", "list.txt: it lists no pictures"),
         ("pictures\n", "list.txt:1:1: expected a line that begins with b, d or i"),
@@ -271,6 +277,18 @@ fn charts_are_rendered_and_measured_by_the_commands_that_they_print() {
     let (flat, edges, grid) =
         (draw_chart(at, "flat"), draw_chart(at, "edges"), draw_chart(at, "grid"));
     assert_eq!([flat.len(), edges.len(), grid.len()], [1, 2, 2]);
+    // Options of the lens file are those of the render too, which has the dispersion that lateral colour is.
+    let lens = root().join("lenses/double-gauss.50mm.toml").display().to_string();
+    let words =
+        "--film-size 36x24 --resolution 600x400 --focus 2m --wavelengths 486.1,550,656.3 -o c.pbrt";
+    let words: Vec<&str> = ["chart", "flat", &lens].into_iter().chain(words.split(' ')).collect();
+    let (code, stdout, stderr) = petzval(at, &words);
+    assert_eq!(code, 0, "{stderr}");
+    let render =
+        "petzval render c.pbrt -o c.exr --effects +dispersion --wavelengths=486.1,550,656.3\n";
+    assert_eq!(stdout, render);
+    let command: Vec<String> = render.trim().split(' ').map(str::to_owned).collect();
+    run(&command, &["--spp", "1", "-q"]);
     for commands in [&flat, &edges, &grid] {
         run(&commands[0], &["--spp", "32", "-q"]);
     }
@@ -334,6 +352,10 @@ fn charts_are_rendered_and_measured_by_the_commands_that_they_print() {
         ("grid LENS --film-size 36x24 --resolution 600x400 --focus 2m -o gone/a.pbrt", "gone"),
         ("grid LENS --film-size 36x24 --resolution 600x400 --focus 2m -o LENS", "dgauss.50mm.dat"),
         ("grid gone.dat --film-size 36x24 --resolution 600x400 --focus 2m -o a.pbrt", "gone.dat"),
+        (
+            "grid LENS --film-size 36x24 --resolution 600x400 --focus 2m -o a.exr",
+            "expected the name of a scene",
+        ),
         ("bars LENS --film-size 36x24 --resolution 600x400 --focus 2m -o a.pbrt", "bars"),
     ] {
         let words = arguments.split(' ').map(|word| if word == "LENS" { &lens } else { word });

@@ -31,6 +31,20 @@ struct Photograph {
     picture: Picture,
 }
 
+/// Returns the camera of a lens that is in focus at a distance (mm), before a film of this width (mm).
+fn camera(
+    lens: &Prescription,
+    focus: f64,
+    resolution: [u32; 2],
+    width: f64,
+) -> CalibrationSetup<'_> {
+    let pixels = PixelGrid::new(resolution, width);
+    let diagonal = 2.0 * pixels.half_diagonal();
+    let film_distance = FocusModel::Sharpest.film(lens, focus, diagonal).expect("a focus");
+    let (film_pose, ray) = (Pose::ALIGNED, FieldRay::Centroid);
+    CalibrationSetup { lens, film_distance, film_pose, pixels, ray }
+}
+
 /// Photographs a chart at 2 m on a film of this width (mm), at f/8.
 fn photograph(
     kind: ChartKind,
@@ -41,21 +55,16 @@ fn photograph(
 ) -> Photograph {
     let mut lens = read(file);
     lens.stop_down(lens.f_number_diameter(8.0).expect("an f-number"));
-    let pixels = PixelGrid::new(resolution, width);
-    let diagonal = 2.0 * pixels.half_diagonal();
-    let film_distance = FocusModel::Sharpest.film(&lens, 2000.0, diagonal).expect("a focus");
-    let ray = FieldRay::Centroid;
-    let setup =
-        CalibrationSetup { lens: &lens, film_distance, film_pose: Pose::ALIGNED, pixels, ray };
+    let setup = camera(&lens, 2000.0, resolution, width);
     let calibration = setup.calibrate_quickly().expect("a calibration");
     let view = ChartView::new(&calibration).expect("a plane");
     let chart = Chart::new(kind, &view).expect("a chart");
-    let camera = ChartCamera {
+    let description = ChartCamera {
         lens: file,
         stop_diameter: lens.rows[lens.stop()].diameter,
         f_number: RealRayFocus::new(&lens).f_number(),
     };
-    let text = chart.scene(&view, &camera, "this test").expect("a scene");
+    let text = chart.scene(&view, &description, "this test").expect("a scene");
     let folder = folder();
     let description = pbrt::read(&write(&folder, "chart.pbrt", text)).expect("a scene");
     let effects = effects.parse().expect("a selection");
@@ -76,6 +85,7 @@ fn distortion_in_a_picture_of_the_grid_is_that_of_the_calibration() {
         let Photograph { calibration, chart, picture, .. } =
             photograph(ChartKind::Grid, (&lens_file(name), width), resolution, 128, "none");
         let grid = DotGrid::measure(&picture).expect("a grid");
+        let spacing = chart.spacing.expect("dots");
         let view = ChartView::new(&calibration).expect("a plane");
         let middle = view.chart_point(calibration.pixels.centre()).expect("light");
         let beside = calibration.pixels.centre().map(|at| at + 1.0);
@@ -84,7 +94,7 @@ fn distortion_in_a_picture_of_the_grid_is_that_of_the_calibration() {
         for dot in &grid.dots {
             let [x, y] = view.chart_point(dot.at).expect("light");
             let [column, row] = dot.index.map(f64::from);
-            let off = [x - column * chart.spacing, y + row * chart.spacing].map(|off| off / width);
+            let off = [x - column * spacing, y + row * spacing].map(|off| off / width);
             worst = worst.max(off[0].hypot(off[1]));
         }
         let farthest = grid.farthest();
@@ -98,14 +108,18 @@ fn distortion_in_a_picture_of_the_grid_is_that_of_the_calibration() {
         assert!(grid.dots.len() >= 150, "{} dots", grid.dots.len());
         assert!(worst < 0.05, "{name}: {worst} pixels");
         assert!(grid.residual < 0.05, "{}", grid.residual);
-        assert!((grid.steps[0][0] * width / chart.spacing - 1.0).abs() < 2e-3, "{:?}", grid.steps);
+        assert!((grid.steps[0][0] * width / spacing - 1.0).abs() < 2e-3, "{:?}", grid.steps);
         // The whole chart is lit alike: as much light as the f-number says.
         let white = picture.pixels.iter().map(|pixel| pixel[1]).fold(0.0, f32::max);
         assert!((0.75..1.05).contains(&white), "{white}");
         // Distortion by the calibration, at the farthest dot.
-        let [x, y] = farthest.index.map(|n| f64::from(n) * chart.spacing / width);
-        let said = grid.radius(farthest) / x.hypot(y) - 1.0;
-        assert!((said - farthest.distortion).abs() < 1e-3, "{said} {}", farthest.distortion);
+        let [x, y] = farthest.index.map(|n| f64::from(n) * spacing / width);
+        let expected = grid.radius(farthest) / x.hypot(y) - 1.0;
+        assert!(
+            (expected - farthest.distortion).abs() < 1e-3,
+            "{expected} {}",
+            farthest.distortion
+        );
     }
 }
 
@@ -176,13 +190,8 @@ fn squares_of_the_edge_chart_lie_where_it_says() {
 fn charts_that_cannot_fill_the_picture_are_refused() {
     let refused = |name: &str, focus: f64, resolution: [u32; 2], kind| {
         let lens = read(&lens_file(name));
-        let pixels = PixelGrid::new(resolution, 36.0);
-        let diagonal = 2.0 * pixels.half_diagonal();
-        let film_distance = FocusModel::Sharpest.film(&lens, focus, diagonal).expect("a focus");
-        let ray = FieldRay::Centroid;
-        let setup =
-            CalibrationSetup { lens: &lens, film_distance, film_pose: Pose::ALIGNED, pixels, ray };
-        let calibration = setup.calibrate_quickly().expect("a calibration");
+        let calibration = camera(&lens, focus, resolution, 36.0).calibrate_quickly();
+        let calibration = calibration.expect("a calibration");
         let chart =
             ChartView::new(&calibration).and_then(|view| Chart::new(kind, &view).map(|_| ()));
         chart.expect_err("no chart").to_string()

@@ -34,7 +34,7 @@ pub(super) fn run(arguments: &GridArguments) -> Result<Outcome, Failure> {
         DotGrid::measure(&picture).map_err(|error| format!("{}: {error}", path_excerpt(path)))?;
     super::write_table(csv.as_deref(), &context, || table(&grid))?;
     super::super::print(&match json {
-        true => format!("{:#}\n", json_of(&grid)),
+        true => format!("{:#}\n", json_of(arguments, &grid)),
         false => text_of(&grid),
     })
 }
@@ -103,7 +103,7 @@ fn text_of(grid: &DotGrid) -> String {
     text
 }
 
-fn json_of(grid: &DotGrid) -> Value {
+fn json_of(arguments: &GridArguments, grid: &DotGrid) -> Value {
     let dot = |dot: &GridDot| {
         json!({
             "index": dot.index,
@@ -116,6 +116,7 @@ fn json_of(grid: &DotGrid) -> Value {
         })
     };
     json!({
+        "picture": arguments.picture.display().to_string(),
         "middle": grid.middle,
         "steps": grid.steps,
         "residual": grid.residual,

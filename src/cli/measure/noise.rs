@@ -42,7 +42,11 @@ pub(super) fn run(arguments: &NoiseArguments) -> Result<Outcome, Failure> {
     })?;
     super::write_table(csv.as_deref(), &context, || curve(&channels))?;
     super::super::print(&match json {
-        true => format!("{:#}\n", Value::from_iter(channels.iter().map(json_of))),
+        true => {
+            let channels: Vec<Value> = channels.iter().map(json_of).collect();
+            let list = list.display().to_string();
+            format!("{:#}\n", json!({ "list": list, "channels": channels }))
+        }
         false => text_of(&channels),
     })
 }

@@ -56,17 +56,17 @@ pub(super) fn check_samples(path: &Path) -> Result<(), ImageError> {
     }
 }
 
-/// Returns the bits of the samples of a file in grey.
+/// Returns the bits of the samples of a file.
 ///
 /// # Errors
 /// Returns what was found if the file is no TIFF, or white is 0 in it.
 pub(super) fn bits_of_codes(path: &Path) -> Result<u32, String> {
     let file = File::open(path).map_err(|error| error.to_string())?;
     let mut decoder = Decoder::new(BufReader::new(file)).map_err(|error| error.to_string())?;
-    let mut number = |tag| decoder.find_tag_unsigned::<u32>(tag).ok().flatten();
-    match number(Tag::PhotometricInterpretation) {
-        Some(0) => Err("white is 0 in it; expected codes that grow with the light".to_owned()),
-        _ => Ok(number(Tag::BitsPerSample).unwrap_or(1)),
+    let mut number = |tag| decoder.find_tag_unsigned_vec::<u32>(tag).ok().flatten();
+    match number(Tag::PhotometricInterpretation).as_deref() {
+        Some([0]) => Err("white is 0 in it; expected codes that grow with the light".to_owned()),
+        _ => Ok(number(Tag::BitsPerSample).and_then(|bits| bits.first().copied()).unwrap_or(1)),
     }
 }
 

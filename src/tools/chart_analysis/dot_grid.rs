@@ -10,7 +10,6 @@ use super::grid_order::order;
 /// Least number of dots along both directions of the grid, and of all.
 const MIN_LINE: i32 = 5;
 const MIN_DOTS: usize = 25;
-
 /// Largest RMS distance of dots from the polynomial of the distortion, relative to the step.
 const MAX_RESIDUAL: f64 = 0.03;
 /// Largest share of the dots that stand between the columns and rows.
@@ -92,7 +91,7 @@ impl DotGrid {
     /// Measures the grid of dark dots in a picture.
     ///
     /// # Errors
-    /// Returns an error if there are too few dots in it.
+    /// Returns an error if the dots are too few, form no regular grid, or are all beside the middle of the picture.
     pub fn measure(picture: &Picture) -> Result<Self, GridError> {
         let found = find_dots(picture);
         let indices = order(&found, picture.size);

@@ -46,7 +46,7 @@ impl EdgeResponse {
     ///
     /// The method is that of ISO 12233:2023: the edge is fitted to centroids of rows, pixels are gathered in
     /// quarters of a pixel by their distance from it, and the response is the modulus of the Fourier transform of
-    /// the derivative. Three things differ, for less bias: means are moved to the middle of their bins, the window
+    /// the derivative. Three things differ, for less bias: the uneven places of pixels in their bins are corrected, the window
     /// falls off only in the outer half of the line spread, and the response is corrected for the width of the
     /// bins as well as for the difference.
     ///

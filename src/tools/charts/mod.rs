@@ -9,6 +9,9 @@ pub use view::{ChartError, ChartView};
 
 use patch::{Patch, dots, flat, squares};
 
+/// Reflectances of the sides of an edge: the contrast of 4:1 of ISO 12233.
+const EDGE_REFLECTANCES: [f64; 2] = [0.18, 0.72];
+
 /// A test chart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ChartKind {
@@ -27,8 +30,8 @@ pub struct Chart {
     patches: Vec<Patch>,
     /// Regions around the edges (pixels): first column and row, and those that no longer belong to it.
     pub edges: Vec<[[u32; 2]; 2]>,
-    /// Distance from dot to dot (mm); 0 without dots.
-    pub spacing: f64,
+    /// Distance from dot to dot (mm), if there are dots.
+    pub spacing: Option<f64>,
 }
 
 impl Chart {
@@ -37,17 +40,17 @@ impl Chart {
     /// # Errors
     /// Returns an error if no flat chart can fill it, or if it has too few pixels.
     pub fn new(kind: ChartKind, view: &ChartView<'_>) -> Result<Self, ChartError> {
-        let (mut patches, mut edges, mut spacing) = (Vec::new(), Vec::new(), 0.0);
+        let (mut patches, mut edges, mut spacing) = (Vec::new(), Vec::new(), None);
         match kind {
             ChartKind::Flat => patches.push(flat(view, 1.0)?),
             ChartKind::Grid => {
                 patches.push(flat(view, 1.0)?);
-                spacing = dots(view, &mut patches)?;
+                spacing = Some(dots(view, &mut patches)?);
             }
             ChartKind::Edges => {
-                // The contrast of 4:1 of ISO 12233.
-                patches.push(flat(view, 0.72)?);
-                edges = squares(view, 0.18, &mut patches)?;
+                let [dark, bright] = EDGE_REFLECTANCES;
+                patches.push(flat(view, bright)?);
+                edges = squares(view, dark, &mut patches)?;
             }
         }
         Ok(Self { kind, patches, edges, spacing })

@@ -7,6 +7,8 @@ use super::patch::{Patch, PatchShape};
 use super::view::{ChartError, ChartView};
 use super::{Chart, ChartKind};
 
+/// f-number that is lit for where a lens has none.
+const USUAL_F_NUMBER: f64 = 4.0;
 /// Value that pictures show for white in their middle.
 const WHITE: f64 = 0.9;
 /// Distance between a patch and the one before it, relative to that of the chart.
@@ -19,7 +21,7 @@ pub struct ChartCamera<'a> {
     pub lens: &'a Path,
     /// Diameter of its stop (mm).
     pub stop_diameter: f64,
-    /// Its f-number at infinity; 4 if it has none.
+    /// Its f-number at infinity, if it has one.
     pub f_number: Option<f64>,
 }
 
@@ -39,7 +41,7 @@ impl Chart {
         let diagonal = view.film_diagonal();
         // A white surface in the irradiance E has the radiance E / pi, and lights the film with a quarter of E over the
         // square of the working f-number.
-        let f_number = camera.f_number.unwrap_or(4.0) * (1.0 + magnification);
+        let f_number = camera.f_number.unwrap_or(USUAL_F_NUMBER) * (1.0 + magnification);
         let light = 4.0 * WHITE * f_number * f_number;
         let distance = view.distance() * 1e-3;
         let name = match self.kind {

@@ -28,7 +28,7 @@ type Layout = ([usize; 2], Option<[u8; 4]>, u32);
 pub struct EvaluationError {
     /// Number of the line of the list, from 1, if it is about one.
     pub line: Option<usize>,
-    /// What is wrong.
+    /// The fault, and what was expected.
     pub problem: String,
 }
 

@@ -11,26 +11,29 @@ pub struct FieldStack {
     size: [usize; 2],
     /// The first code: others are added up relative to it, so that squares lose no digits.
     origin: f64,
-    /// Sums over the pictures of the means of each pixel, row and column, and of all, and of their squares.
+    /// For each pixel, the sums over the pictures of its code and of the square.
     pixels: Vec<[f64; 2]>,
+    /// The same of the mean of each row.
     rows: Vec<[f64; 2]>,
+    /// The same of the mean of each column.
     columns: Vec<[f64; 2]>,
+    /// The same of the mean of the picture.
     all: [f64; 2],
     pictures: usize,
 }
 
-/// Variances by where they come from (square of codes): each photosite's own, and what a row or a column has in common.
+/// Variances of the readings of a field by source (square of codes).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Variances {
-    /// Of photosites.
+    /// Variance that each photosite has for itself.
     pub pixel: f64,
-    /// Of rows.
+    /// Variance that all photosites of a row share.
     pub row: f64,
-    /// Of columns.
+    /// Variance that all photosites of a column share.
     pub column: f64,
 }
 
-/// What a stack of pictures tells about their sensor, in codes.
+/// Mean and variances of a stack of pictures, in codes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FieldStatistics {
     /// Number of pictures.
@@ -61,7 +64,7 @@ impl Variances {
     }
 
     /// Returns the variances without a share of others.
-    pub(super) fn less(self, other: Self, share: f64) -> Self {
+    pub(super) fn without(self, other: Self, share: f64) -> Self {
         Self {
             pixel: self.pixel - share * other.pixel,
             row: self.row - share * other.row,
@@ -71,7 +74,10 @@ impl Variances {
 }
 
 impl FieldStack {
-    /// Begins a stack of pictures of this width and height (pixels), at least [`MIN_FIELD`].
+    /// Begins a stack of pictures of this width and height (pixels).
+    ///
+    /// # Panics
+    /// Panics if one of them is less than [`MIN_FIELD`].
     pub fn new(size: [usize; 2]) -> Self {
         assert!(
             size.iter().all(|&side| side >= MIN_FIELD),
@@ -116,7 +122,10 @@ impl FieldStack {
         self.pictures += 1;
     }
 
-    /// Returns the statistics of at least two pictures.
+    /// Returns the statistics of the pictures.
+    ///
+    /// # Panics
+    /// Panics with fewer than two pictures.
     pub fn statistics(&self) -> FieldStatistics {
         let Self { pixels, rows, columns, all, pictures, origin, .. } = self;
         assert!(*pictures >= 2, "{pictures} pictures; noise shows between two");
@@ -130,7 +139,7 @@ impl FieldStack {
             size,
         );
         let averages: Vec<f64> = pixels.iter().map(|[sum, _]| sum / n).collect();
-        let spatial = patterns(&high_pass(&averages, self.size)).less(temporal, 1.0 / n);
+        let spatial = patterns(&high_pass(&averages, self.size)).without(temporal, 1.0 / n);
         FieldStatistics { pictures: *pictures, mean: origin + all[0] / n, temporal, spatial }
     }
 }

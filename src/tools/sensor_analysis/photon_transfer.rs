@@ -78,9 +78,9 @@ impl Exposure {
 /// A standard deviation, and its parts; 0 where less than none was estimated.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Deviation {
-    /// Of all together.
+    /// Standard deviation of the whole.
     pub total: f64,
-    /// By photosite, row and column.
+    /// Standard deviations of photosites, rows and columns.
     pub parts: Components,
 }
 
@@ -160,7 +160,7 @@ impl PhotonTransfer {
             let rank = |dark: &FieldStatistics| (dark.pictures, -dark.mean);
             if rank(&dark) > rank(&best) { dark } else { best }
         });
-        let half = half_saturated(&exposures, saturation, is_reached);
+        let half = half_saturated(&exposures, saturation);
         let mut noise_of_dark = dark.temporal;
         let is_dark_noise_resolved = noise_of_dark.total() >= RESOLVED;
         noise_of_dark.pixel -= ROUNDING;
@@ -176,7 +176,7 @@ impl PhotonTransfer {
             dark_noise,
             is_dark_noise_resolved,
             dsnu: Deviation::new(dark.spatial, gain),
-            prnu: Deviation::new(half.light.spatial.less(half.dark.spatial, 1.0), half.signal()),
+            prnu: Deviation::new(half.light.spatial.without(half.dark.spatial, 1.0), half.signal()),
             prnu_signal: half.signal() / gain,
             saturation: is_reached.then_some(saturation / gain),
             full_well: (is_reached && is_full).then(|| last.signal() / gain),
@@ -194,24 +194,15 @@ impl PhotonTransfer {
 }
 
 /// Returns the exposure of which PRNU is stated: of those near half of the saturation the one with the most pictures, and
-/// of these the nearest. Where the saturation is not reached, or no exposure is near, all count.
-fn half_saturated(exposures: &[Exposure], saturation: f64, is_reached: bool) -> &Exposure {
-    let distance = |e: &Exposure| (e.signal() / saturation - PRNU_LEVEL).abs();
+/// of these the nearest. If none is near, it is the nearest of all.
+fn half_saturated(exposures: &[Exposure], saturation: f64) -> &Exposure {
     let [low, high] = PRNU_RANGE;
-    let is_near = |e: &&Exposure| (low..=high).contains(&(e.signal() / saturation));
-    let near: Vec<&Exposure> = exposures.iter().filter(is_near).collect();
-    let most = |of: &[&Exposure]| of.iter().map(|e| e.light.pictures).max().unwrap_or(0);
-    let (candidates, pictures) = match (near.is_empty(), is_reached) {
-        (false, true) => (near.clone(), most(&near)),
-        (true, true) => (exposures.iter().collect(), 0),
-        (_, false) => {
-            let all: Vec<&Exposure> = exposures.iter().collect();
-            let pictures = most(&all);
-            (all, pictures)
-        }
+    let share = |e: &Exposure| e.signal() / saturation;
+    let rank = |e: &Exposure| {
+        let pictures = if (low..=high).contains(&share(e)) { e.light.pictures } else { 0 };
+        (pictures, -(share(e) - PRNU_LEVEL).abs())
     };
-    let stacks = candidates.into_iter().filter(|e| e.light.pictures >= pictures);
-    stacks.min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(&exposures[0])
+    exposures.iter().fold(&exposures[0], |best, e| if rank(e) > rank(best) { e } else { best })
 }
 
 /// Returns the slope of the line through 0 with the least squares.
