@@ -58,6 +58,7 @@ impl DeferredPaths {
             group.samples.sample[to] = samples.sample[from];
             group.samples.weight[to] = samples.weight[from];
             group.samples.time[to] = samples.time[from];
+            group.samples.left_half[to] = samples.left_half[from];
             for channel in 0..3 {
                 group.radiance[channel][to] = radiance[channel][from];
             }

@@ -22,7 +22,7 @@ impl FilmState {
     pub fn new(job: &Job, tiles: usize) -> Self {
         Self {
             film: FilmSums::with_squares(job.frame, job.layers.contains(&Aov::Variance))
-                .with_buckets(job.buckets()),
+                .with_extra(&job.extra_channels()),
             features: FeatureFilm::new(&job.layer_request()),
             dropped: vec![DroppedSamples::default(); tiles],
             done: vec![false; tiles],

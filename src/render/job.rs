@@ -7,7 +7,9 @@ use std::time::Duration;
 use crate::aov;
 use crate::aov::{Aov, LayerRequest};
 use crate::diffraction::Diffraction;
-use crate::film::{Frame, LightSplit, Response, SpectralSplit, TILE, Tile, TileSampler};
+use crate::film::{
+    ExtraChannels, Frame, LightSplit, Response, SpectralSplit, TILE, Tile, TileSampler,
+};
 use crate::light_tracing::Strategy;
 use crate::light_tracing::caustics::Caustics;
 use crate::light_tracing::ghosts::Ghosts;
@@ -111,6 +113,16 @@ impl Job {
     /// Returns the shares of light in the buckets of a spectral film; `None` for other films.
     pub fn buckets(&self) -> Option<&Arc<BucketShares>> {
         self.response.buckets.as_ref()
+    }
+
+    /// Returns the channels that the film has beside its colours.
+    pub fn extra_channels(&self) -> ExtraChannels {
+        ExtraChannels { buckets: self.response.buckets.clone(), left_half: self.records_halves() }
+    }
+
+    /// Returns whether the light of both halves of the exit pupil is recorded.
+    pub fn records_halves(&self) -> bool {
+        self.layers.contains(&Aov::DualPixel)
     }
 
     /// Returns the footprint of a pixel of this picture.
@@ -227,6 +239,7 @@ impl Job {
             response: &self.response,
             timing: self.timing.as_ref(),
             path_limits: self.path_limits,
+            halves: self.records_halves(),
             hides_sky: self.hides_sky(),
             seed: self.seed,
             stop: None,

@@ -71,13 +71,14 @@ impl Estimate {
             MemoryTask::Merge => 0,
         };
         let squares = job.stop_criteria.count_only() && job.layers.contains(&Aov::Variance);
-        let buckets = bucket_count(job);
-        let film = pixels * (FilmSums::bytes_per_pixel(squares) + SUM_BYTES * buckets);
+        let extra = job.extra_channels();
+        let (buckets, sums) = (extra.bucket_count() as u64, extra_bytes(job));
+        let film = pixels * (FilmSums::bytes_per_pixel(squares) + sums);
         let features = pixels * FeatureFilm::bytes(&job.layer_request());
         let splats = match &job.camera.model {
             LensModel::Real(lens) if !job.light_strategies().is_empty() => {
                 let stage = SplatStage::bytes(&job.response.filter, lens, threads);
-                pixels * (FilmSums::bytes_per_pixel(false) + SUM_BYTES * buckets) + stage
+                pixels * (FilmSums::bytes_per_pixel(false) + sums) + stage
             }
             _ => 0,
         };
@@ -166,27 +167,24 @@ const QUEUE_BYTES: u64 = 4 << 20;
 /// Largest number of depths with deferred paths in a thread. No known scene has more.
 const MAX_DEFERRED_DEPTHS: u64 = 100;
 
-/// Size of a sum of light in a bucket of a pixel (bytes).
-const SUM_BYTES: u64 = size_of::<f64>() as u64;
-
-/// Returns the number of buckets of wavelength of the film.
-fn bucket_count(job: &Job) -> u64 {
-    job.buckets().map_or(0, |shares| shares.buckets().count() as u64)
+/// Returns the size of the sums of the extra channels of a pixel (bytes).
+fn extra_bytes(job: &Job) -> u64 {
+    (job.extra_channels().count() * size_of::<f64>()) as u64
 }
 
-/// Returns the approximate memory of a thread: its wave, its deferred paths, and the sums of a tile by bucket
-/// with their errors (bytes).
+/// Returns the approximate memory of a thread: its wave, its deferred paths, and the sums of a tile in extra
+/// channels with their errors (bytes).
 fn thread_bytes(job: &Job) -> u64 {
     let depths = u64::from(job.path_limits.max_depth).min(MAX_DEFERRED_DEPTHS) + 1;
     let queues = if job.spectral.is_some() { QUEUE_BYTES } else { 0 };
     let tile = job.tiles().first().map_or(0, |tile| u64::from(tile.size[0] * tile.size[1]));
-    let sums = 2 * SUM_BYTES * bucket_count(job) * tile;
+    let sums = 2 * extra_bytes(job) * tile;
     queues + sums + Wave::BYTES + THREAD_BYTES + depths * size_of::<PathGroup>() as u64
 }
 
 /// Returns the largest memory of a pixel in adaptive rounds: its four quarters, and the results of a
 /// round, with features (bytes).
 fn round_bytes(job: &Job) -> u64 {
-    let sums = FilmSums::bytes_per_pixel(false) + SUM_BYTES * bucket_count(job);
+    let sums = FilmSums::bytes_per_pixel(false) + extra_bytes(job);
     4 * sums + 4 * (sums + FeatureFilm::bytes(&job.layer_request()))
 }

@@ -22,7 +22,7 @@ pub(super) struct SplatAccumulator {
 
 impl SplatAccumulator {
     pub fn new(job: &Job) -> Self {
-        let film = || FilmSums::new(job.frame).with_buckets(job.buckets());
+        let film = || FilmSums::new(job.frame).with_extra(&job.extra_channels());
         let film = (!job.light_strategies().is_empty()).then(film);
         Self { film, samples: 0, stage: SplatStage::default() }
     }

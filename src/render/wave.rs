@@ -30,7 +30,7 @@ impl WorkItem {
     /// Returns empty sums of its tile.
     pub fn sums(&self, job: &Job) -> TileSums {
         let squares = job.stop_criteria.count_only() && job.layers.contains(&Aov::Variance);
-        TileSums::with_squares(&self.tile, squares).with_buckets(job.buckets())
+        TileSums::with_squares(&self.tile, squares).with_extra(&job.extra_channels())
     }
 }
 
@@ -129,6 +129,9 @@ impl Wave {
         }
         clock.lap(stats, Stage::Sample, samples.len);
         let rays = &mut paths.rays;
+        if job.records_halves() {
+            camera.find_pupil_halves::<R>(samples, lens);
+        }
         camera.generate_rays::<R>(samples, lens, rays, &mut stats.lens);
         disperse::<R>(job, samples, lens, columns, rays);
         if job.lamp_image_weights().is_some_and(|weights| weights.need_camera_pdf(&job.scene)) {

@@ -8,6 +8,7 @@ mod camera_filters;
 mod caustics;
 mod diffraction;
 mod dispersion;
+mod dual_pixel;
 mod emva;
 mod ghosts;
 mod hero;

@@ -170,6 +170,7 @@ fn pictures_of_extreme_scenes_are_finite() {
         Aov::Coc,
         Aov::Samples,
         Aov::Variance,
+        Aov::DualPixel,
     ];
     let effects: EffectSelection = "+ghosts,+fresnel,+diffraction".parse().expect("effects");
     for (sensor, until) in [

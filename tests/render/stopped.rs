@@ -127,7 +127,7 @@ fn survives_stops(job: &Job) {
 #[test]
 fn a_uniform_render_loses_nothing_when_it_is_stopped() {
     let workspace = Workspace::new();
-    let layers = vec![Aov::Variance, Aov::Depth, Aov::Samples, Aov::Object];
+    let layers = vec![Aov::Variance, Aov::Depth, Aov::Samples, Aov::Object, Aov::DualPixel];
     // Enough samples for more than one pass.
     survives_stops(&job(&workspace, Changes { samples: Some(400), layers, ..Changes::default() }));
 }
@@ -135,7 +135,7 @@ fn a_uniform_render_loses_nothing_when_it_is_stopped() {
 #[test]
 fn an_adaptive_render_loses_nothing_when_it_is_stopped() {
     let workspace = Workspace::new();
-    let layers = vec![Aov::Variance, Aov::Depth, Aov::Samples];
+    let layers = vec![Aov::Variance, Aov::Depth, Aov::Samples, Aov::DualPixel];
     let until = StopCriteria { noise: Some(0.02), time: None };
     survives_stops(&job(
         &workspace,

@@ -94,6 +94,8 @@ pub struct SampleBatch {
     /// Time as a fraction of the motion in the scene file; set only if something moves
     /// (`Timing` of the renderer).
     pub time: Column<f32>,
+    /// Whether the ray passes the left half of the exit pupil; set only if halves are recorded.
+    pub left_half: Column<bool>,
 }
 
 impl SampleBatch {

@@ -6,6 +6,7 @@ mod displacement;
 pub mod fidelity;
 pub mod film_map;
 pub(crate) mod orthographic;
+mod pupil_half;
 pub(crate) mod ray_path;
 pub(crate) mod real_lens;
 pub(crate) mod reprojection;

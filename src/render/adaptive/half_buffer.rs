@@ -26,7 +26,7 @@ impl HalfBuffer {
         for (i, (tile, &count)) in tiles.iter().zip(counts).enumerate() {
             if self.counts[i] == 0 && count > 0 {
                 for quarter in &mut self.quarters {
-                    quarter[i] = TileSums::new(tile).with_buckets(job.buckets());
+                    quarter[i] = TileSums::new(tile).with_extra(&job.extra_channels());
                 }
             }
         }

@@ -35,12 +35,12 @@ impl Adaptive<'_> {
             tile.paste(&frame, &variance, &mut variances);
         }
         let mut film =
-            FilmSums::from_means(frame, means, variances).with_buckets(self.job.buckets());
+            FilmSums::from_means(frame, means, variances).with_extra(&self.job.extra_channels());
         for half in [first, second] {
             for (i, tile) in self.tiles.iter().enumerate() {
                 let scale = 0.25 / f64::from(half.counts[i].max(1));
                 let quarters = half.quarters.iter().map(|quarter| &quarter[i]);
-                quarters.for_each(|sums| film.add_bucket_means(tile, sums, scale));
+                quarters.for_each(|sums| film.add_extra_means(tile, sums, scale));
             }
         }
         self.splats.add_mean_to(&mut film);
@@ -61,7 +61,7 @@ impl Adaptive<'_> {
     /// Returns the output of a render that was stopped. All samples of a pixel have equal weight.
     pub(super) fn finish_partial(self, stats: Stats) -> RenderOutput {
         let (targets, items) = self.items();
-        let mut film = FilmSums::new(self.job.frame).with_buckets(self.job.buckets());
+        let mut film = FilmSums::new(self.job.frame).with_extra(&self.job.extra_channels());
         let mut features = self.features();
         let mut samples = vec![0; self.tiles.len()];
         for (i, tile) in self.tiles.iter().enumerate() {

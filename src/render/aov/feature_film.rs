@@ -184,7 +184,7 @@ impl FeatureFilm {
             ),
             Aov::Coc => ("coc", vec![one("um", all(&|sum| mean(sum.coc[1], sum.coc[0])))]),
             Aov::Alpha => (ALPHA_LAYER, vec![one("A", all(&PixelFeatures::alpha))]),
-            Aov::Variance | Aov::Vignetting => return None,
+            Aov::Variance | Aov::Vignetting | Aov::DualPixel => return None,
         };
         Some(ImageLayer { name: name.to_owned(), channels })
     }

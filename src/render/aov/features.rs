@@ -30,7 +30,10 @@ pub struct TileFeatures {
 impl TileFeatures {
     /// Returns whether any requested layer needs features.
     pub fn are_needed(request: &LayerRequest<'_>) -> bool {
-        request.layers.iter().any(|aov| !matches!(aov, Aov::Vignetting | Aov::Variance))
+        request
+            .layers
+            .iter()
+            .any(|aov| !matches!(aov, Aov::Vignetting | Aov::Variance | Aov::DualPixel))
     }
 
     /// Returns empty sums for a tile; `None` if no requested layer needs them.

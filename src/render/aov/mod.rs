@@ -4,6 +4,7 @@
 
 mod circle_of_confusion;
 mod convert;
+mod dual_pixel;
 mod feature_film;
 mod features;
 mod vignetting;
@@ -16,6 +17,8 @@ pub use features::TileFeatures;
 pub use vignetting::vignetting;
 
 use std::str::FromStr;
+
+use dual_pixel::dual_pixel;
 
 use crate::film::{FilmSums, Frame};
 use crate::timing::Timing;
@@ -56,6 +59,9 @@ pub enum Aov {
     /// is 1. A picture with this layer has no light of a sky that the camera sees directly, so that
     /// its colours are premultiplied by it.
     Alpha,
+    /// `left` and `right`: the pictures of the light that passes the left and the right half of the exit
+    /// pupil, as seen from behind the camera. Together they are the picture.
+    DualPixel,
 }
 
 impl FromStr for Aov {
@@ -71,7 +77,7 @@ impl FromStr for Aov {
 
 impl Aov {
     /// All layers.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::Depth,
         Self::Position,
         Self::Normal,
@@ -83,6 +89,7 @@ impl Aov {
         Self::Coc,
         Self::Vignetting,
         Self::Alpha,
+        Self::DualPixel,
     ];
 
     /// Returns a description in one line.
@@ -98,6 +105,7 @@ impl Aov {
             Self::Samples => "Number of samples taken, and of those that passed the lens",
             Self::Coc => "Diameter of the circle of confusion, um",
             Self::Vignetting => "Share of the light that each surface of the lens blocks",
+            Self::DualPixel => "Pictures of both halves of the pupil, left and right",
             Self::Alpha => "Opacity for compositing, also in PNG; the sky behind is left out",
         }
     }
@@ -116,12 +124,13 @@ impl Aov {
             Self::Coc => "coc",
             Self::Vignetting => "vignetting",
             Self::Alpha => "alpha",
+            Self::DualPixel => "dual-pixel",
         }
     }
 
     /// Returns whether the layer requires a real lens.
     pub fn needs_lens(self) -> bool {
-        matches!(self, Self::Coc | Self::Vignetting)
+        matches!(self, Self::Coc | Self::Vignetting | Self::DualPixel)
     }
 }
 
@@ -143,6 +152,7 @@ pub fn channels(request: &LayerRequest<'_>) -> usize {
     let channels = |aov: &Aov| match (aov, &request.camera.model) {
         (Aov::Depth | Aov::Object | Aov::Samples, _) => 2,
         (Aov::Position | Aov::Normal | Aov::Albedo | Aov::Variance, _) => 3,
+        (Aov::DualPixel, _) => 6,
         (Aov::Vignetting, LensModel::Real(lens)) => lens.prescription.rows.len() + 1,
         (Aov::Material | Aov::Coc | Aov::Vignetting | Aov::Alpha, _) => 1,
     };
@@ -160,16 +170,22 @@ pub fn layers(
         (Aov::Vignetting, LensModel::Real(lens)) => {
             Some(vignetting(lens, request.camera.film, request.frame))
         }
-        (Aov::Variance, _) => {
-            let variance = film.variance(samples)?;
-            let channel = |c: usize| variance.iter().map(|v| v[c]).collect();
-            let channels = ["R", "G", "B"].into_iter().enumerate();
-            Some(ImageLayer {
-                name: "variance".to_owned(),
-                channels: channels.map(|(c, name)| (name.to_owned(), channel(c))).collect(),
-            })
-        }
+        (Aov::Variance, _) => Some(colour_layer("variance", &film.variance(samples)?)),
         (aov, _) => features?.layer(*aov),
     };
-    request.layers.iter().filter_map(layer).collect()
+    let layers = |aov: &Aov| match aov {
+        Aov::DualPixel => dual_pixel(film, samples).map_or_else(Vec::new, Vec::from),
+        aov => layer(aov).into_iter().collect(),
+    };
+    request.layers.iter().flat_map(layers).collect()
+}
+
+/// Returns a layer of red, green and blue, with a value for each pixel.
+fn colour_layer(name: &str, pixels: &[[f32; 3]]) -> ImageLayer {
+    let channel = |c: usize| pixels.iter().map(|pixel| pixel[c]).collect();
+    let channels = ["R", "G", "B"].into_iter().enumerate();
+    ImageLayer {
+        name: name.to_owned(),
+        channels: channels.map(|(c, name)| (name.to_owned(), channel(c))).collect(),
+    }
 }

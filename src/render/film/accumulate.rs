@@ -1,13 +1,11 @@
 //! Accumulation stage: adds samples to the sums of a tile.
 
 use std::io;
-use std::sync::Arc;
 
-use super::bucket_sums::BucketSums;
+use super::extra_sums::{ExtraChannels, ExtraSums};
 use super::{DroppedSamples, Response, SampleId, Tile};
 use petzval_base::io::codec::{ChecksumReader, ChecksumWriter};
 use petzval_base::rays::{Column, NO_INDEX, SampleBatch};
-use petzval_spectrum::BucketShares;
 
 /// Sums of the radiance that the pixels of a tile received, row by row.
 ///
@@ -21,7 +19,7 @@ pub struct TileSums {
     errors: Vec<[f64; 3]>,
     /// Sums of squares; empty if no variance is wanted.
     pub(super) squares: Vec<[f64; 3]>,
-    pub(super) buckets: BucketSums,
+    pub(super) extra: ExtraSums,
     /// Samples that were not finite and were left out.
     pub dropped: DroppedSamples,
 }
@@ -39,10 +37,10 @@ impl TileSums {
         Self { tile: *tile, sums: vec![[0.0; 3]; pixels], squares, ..Self::default() }
     }
 
-    /// Adds the buckets of a spectral film, if it has any.
+    /// Adds channels beside the colours.
     #[must_use]
-    pub fn with_buckets(self, shares: Option<&Arc<BucketShares>>) -> Self {
-        Self { buckets: BucketSums::new(shares, self.sums.len()), ..self }
+    pub fn with_extra(self, channels: &ExtraChannels) -> Self {
+        Self { extra: ExtraSums::new(channels, self.sums.len()), ..self }
     }
 
     /// Adds sums of other samples of the same tile, with the rounding errors of both.
@@ -56,7 +54,7 @@ impl TileSums {
                 self.errors[i][c] += lost + error[c];
             }
         }
-        self.buckets.add_exactly(&other.buckets);
+        self.extra.add_exactly(&other.extra);
         self.dropped.add(&other.dropped);
     }
 
@@ -65,7 +63,7 @@ impl TileSums {
         for (sum, error) in self.sums.iter_mut().zip(std::mem::take(&mut self.errors)) {
             *sum = [0, 1, 2].map(|c| sum[c] + error[c]);
         }
-        self.buckets.round();
+        self.extra.round();
     }
 
     /// Adds rounded sums of other samples of the same tile.
@@ -77,7 +75,7 @@ impl TileSums {
         };
         add(&mut self.sums, &other.sums);
         add(&mut self.squares, &other.squares);
-        self.buckets.add(&other.buckets, 1.0);
+        self.extra.add(&other.extra, 1.0);
         self.dropped.add(&other.dropped);
     }
 
@@ -86,15 +84,15 @@ impl TileSums {
         &self.sums
     }
 
-    /// Returns the sums of the buckets of each pixel, pixel by pixel.
-    pub fn bucket_sums(&self) -> &[f64] {
-        self.buckets.sums()
+    /// Returns the sums of the extra channels of each pixel, pixel by pixel.
+    pub fn extra_sums(&self) -> &[f64] {
+        self.extra.sums()
     }
 
     pub(crate) fn save(&self, to: &mut ChecksumWriter) -> io::Result<()> {
         to.triples(&self.sums)?;
         to.triples(&self.squares)?;
-        self.buckets.save(to)?;
+        self.extra.save(to)?;
         self.dropped.save(to)
     }
 
@@ -102,7 +100,7 @@ impl TileSums {
     pub(crate) fn receive(&mut self, from: &mut ChecksumReader) -> io::Result<()> {
         from.add_triples(&mut self.sums)?;
         from.add_triples(&mut self.squares)?;
-        self.buckets.receive(from)?;
+        self.extra.receive(from)?;
         self.dropped.receive(from, &self.tile)
     }
 
@@ -116,7 +114,8 @@ impl TileSums {
     ) {
         self.errors.resize(self.sums.len(), [0.0; 3]);
         let signed = film.filter.is_signed();
-        let has_buckets = self.buckets.count() > 0;
+        let ExtraChannels { buckets, left_half } = self.extra.channels();
+        let (has_buckets, has_left) = (buckets.is_some(), *left_half);
         for i in (0..samples.len).filter(|&i| samples.pixel[i] != NO_INDEX) {
             let received = [0, 1, 2].map(|c| f64::from(radiance[c][i]));
             let light = film.to_rgb(samples.set, received);
@@ -129,11 +128,14 @@ impl TileSums {
             if has_buckets {
                 let weight = if signed { f64::from(samples.weight[i]) } else { 1.0 };
                 let spectrum = film.limit(light, received).map(|value| weight * value);
-                self.buckets.add_exactly_to(pixel, samples.set, spectrum);
+                self.extra.add_spectrum_exactly(pixel, samples.set, spectrum);
             }
             let mut light = film.apply(light);
             if signed {
                 light = light.map(|c| c * f64::from(samples.weight[i]));
+            }
+            if has_left && samples.left_half[i] {
+                self.extra.add_left_exactly(pixel, light);
             }
             let (sum, error) = (&mut self.sums[pixel], &mut self.errors[pixel]);
             for c in 0..3 {

@@ -1,13 +1,11 @@
 //! Film of a whole picture: sums of its samples' radiance, and the means and variances of them.
 
 use std::io;
-use std::sync::Arc;
 
-use super::bucket_sums::{BucketStrip, BucketSums};
+use super::extra_sums::{ExtraChannels, ExtraStrip, ExtraSums};
 use super::{DroppedSamples, Frame, Response, Tile, TileSums};
 use petzval_base::io::codec::{ChecksumReader, ChecksumWriter};
 use petzval_image::{ImageLayer, Picture, spectral_layer};
-use petzval_spectrum::BucketShares;
 
 /// Rounds a value to f32, clamped to the range of finite numbers.
 ///
@@ -31,9 +29,23 @@ pub struct FilmSums {
     squares: Vec<[f64; 3]>,
     /// If the sums are means already: the variance of every pixel's mean, empty if unknown.
     mean_variance: Option<Vec<[f32; 3]>>,
-    buckets: BucketSums,
+    extra: ExtraSums,
     /// Samples that were not finite and were left out.
     pub dropped: DroppedSamples,
+}
+
+/// Light that a pixel of the picture receives outside any sample.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Splat {
+    /// The pixel, (x, y) in the whole picture.
+    pub pixel: [u32; 2],
+    /// Set of the wavelengths of the light, if paths carry spectra.
+    pub set: u16,
+    /// Whether the light passed the left half of the exit pupil, if the film is to know it.
+    pub left_half: bool,
+    /// Linear sRGB, or values relative to daylight at the wavelengths of the set, of a path that stands for
+    /// those of all sets.
+    pub light: [f32; 3],
 }
 
 /// Rows of a film, which receive light that belongs to no sample.
@@ -42,19 +54,20 @@ pub(crate) struct FilmStrip<'a> {
     first: [u32; 2],
     width: u32,
     sums: &'a mut [[f64; 3]],
-    buckets: BucketStrip<'a>,
+    extra: ExtraStrip<'a>,
 }
 
 impl FilmStrip<'_> {
-    /// Adds light to the pixel at (x, y) of the whole picture: linear sRGB, or values relative to daylight
-    /// at the wavelengths of a set, of a path that stands for those of all sets.
+    /// Adds light to its pixel.
     #[inline(always)]
-    pub fn add(&mut self, [x, y]: [u32; 2], set: usize, light: [f64; 3], response: &Response) {
+    pub fn add(&mut self, splat: &Splat, response: &Response) {
+        let Splat { pixel: [x, y], set, left_half, light } = *splat;
+        let (set, light) = (usize::from(set), light.map(f64::from));
         let index = ((y - self.first[1]) * self.width + (x - self.first[0])) as usize;
         let colour = response.apply_colour(response.to_rgb(set, light));
         let sum = &mut self.sums[index];
         *sum = [0, 1, 2].map(|c| sum[c] + colour[c]);
-        self.buckets.add(index, set, light);
+        self.extra.add(index, (set, light), left_half.then_some(colour));
     }
 }
 
@@ -79,15 +92,15 @@ impl FilmSums {
             sums,
             squares,
             mean_variance: None,
-            buckets: BucketSums::default(),
+            extra: ExtraSums::default(),
             dropped: DroppedSamples::default(),
         }
     }
 
-    /// Adds the buckets of a spectral film, if it has any.
+    /// Adds channels beside the colours.
     #[must_use]
-    pub fn with_buckets(self, shares: Option<&Arc<BucketShares>>) -> Self {
-        Self { buckets: BucketSums::new(shares, self.sums.len()), ..self }
+    pub fn with_extra(self, channels: &ExtraChannels) -> Self {
+        Self { extra: ExtraSums::new(channels, self.sums.len()), ..self }
     }
 
     /// A film of means, for pixels that took different numbers of samples. `variance` is that of
@@ -98,20 +111,20 @@ impl FilmSums {
             sums: means,
             squares: Vec::new(),
             mean_variance: Some(variance),
-            buckets: BucketSums::default(),
+            extra: ExtraSums::default(),
             dropped: DroppedSamples::default(),
         }
     }
 
     pub(crate) fn save(&self, to: &mut ChecksumWriter) -> io::Result<()> {
         to.triples(&self.sums)?;
-        self.buckets.save(to)
+        self.extra.save(to)
     }
 
     /// Adds the saved sums of a film of the same pixels.
     pub(crate) fn receive(&mut self, from: &mut ChecksumReader) -> io::Result<()> {
         from.add_triples(&mut self.sums)?;
-        self.buckets.receive(from)
+        self.extra.receive(from)
     }
 
     /// Adds another film of the same pixels, multiplied by `scale`.
@@ -119,7 +132,7 @@ impl FilmSums {
         for (sum, light) in self.sums.iter_mut().zip(&other.sums) {
             *sum = [0, 1, 2].map(|c| sum[c] + scale * light[c]);
         }
-        self.buckets.add(&other.buckets, scale);
+        self.extra.add(&other.extra, scale);
     }
 
     /// Returns the sums of a tile, without its dropped samples, which the film knows only in total.
@@ -129,7 +142,7 @@ impl FilmSums {
         if !self.squares.is_empty() {
             sums.squares = tile.cut(&self.frame, &self.squares);
         }
-        sums.buckets = self.buckets.cut(tile, &self.frame);
+        sums.extra = self.extra.cut(tile, &self.frame);
         sums
     }
 
@@ -139,7 +152,7 @@ impl FilmSums {
         if !self.squares.is_empty() {
             tile.paste(&self.frame, &received.squares, &mut self.squares);
         }
-        self.buckets.paste(tile, &self.frame, &received.buckets);
+        self.extra.paste(tile, &self.frame, &received.extra);
     }
 
     /// Adds sums of other samples to those of a tile.
@@ -150,11 +163,11 @@ impl FilmSums {
         self.dropped.add(&more.dropped);
     }
 
-    /// Adds the buckets of a tile, multiplied by `scale`, to those of a film of means.
-    pub fn add_bucket_means(&mut self, tile: &Tile, more: &TileSums, scale: f64) {
-        let mut sums = self.buckets.cut(tile, &self.frame);
-        sums.add(&more.buckets, scale);
-        self.buckets.paste(tile, &self.frame, &sums);
+    /// Adds the extra channels of a tile, multiplied by `scale`, to those of a film of means.
+    pub fn add_extra_means(&mut self, tile: &Tile, more: &TileSums, scale: f64) {
+        let mut sums = self.extra.cut(tile, &self.frame);
+        sums.add(&more.extra, scale);
+        self.extra.paste(tile, &self.frame, &sums);
     }
 
     /// Turns the sums into means, given the number of samples of each tile's pixels. The variance
@@ -165,9 +178,9 @@ impl FilmSums {
             let mut means = tile.cut(&self.frame, &self.sums);
             means.as_flattened_mut().iter_mut().for_each(|sum| *sum *= scale);
             tile.paste(&self.frame, &means, &mut self.sums);
-            let mut means = self.buckets.cut(tile, &self.frame);
+            let mut means = self.extra.cut(tile, &self.frame);
             means.scale(scale);
-            self.buckets.paste(tile, &self.frame, &means);
+            self.extra.paste(tile, &self.frame, &means);
         }
         (self.squares, self.mean_variance) = (Vec::new(), Some(Vec::new()));
     }
@@ -175,11 +188,11 @@ impl FilmSums {
     /// Divides the film into strips of so many rows.
     pub(crate) fn strips(&mut self, rows: u32) -> Vec<FilmStrip<'_>> {
         let (mut first, width) = (self.frame.low, self.frame.size()[0]);
-        let mut rest = self.buckets.as_strip();
+        let mut rest = self.extra.as_strip();
         let mut strips = Vec::new();
         for sums in self.sums.chunks_mut((rows * width).max(1) as usize) {
-            let [buckets, others] = rest.split_at(sums.len());
-            strips.push(FilmStrip { first, width, sums, buckets });
+            let [extra, others] = rest.split_at(sums.len());
+            strips.push(FilmStrip { first, width, sums, extra });
             first[1] += rows;
             rest = others;
         }
@@ -208,13 +221,27 @@ impl FilmSums {
     /// [`BucketShares::spread`]; `None` without buckets. `samples` is the number of samples of each pixel;
     /// a film of means ignores it.
     pub fn spectrum(&self, samples: u32) -> Option<ImageLayer> {
-        let shares = self.buckets.shares()?;
+        let channels = self.extra.channels();
+        let shares = channels.buckets.as_ref()?;
         let scale = self.scale(samples);
-        let (sums, count) = (self.buckets.sums(), self.buckets.count());
+        let (sums, count) = (self.extra.sums(), channels.count());
         let column = |bucket: usize| {
             sums[bucket..].iter().step_by(count).map(|sum| clamp_to_f32(sum * scale)).collect()
         };
         Some(spectral_layer(&shares.buckets().middles(), column))
+    }
+
+    /// Returns the picture of the light that passed the left half of the exit pupil; `None` if the film does
+    /// not know it. `samples` is the number of samples of each pixel; a film of means ignores it.
+    pub fn left_half(&self, samples: u32) -> Option<Picture> {
+        let channels = self.extra.channels();
+        let mean = self.mean(samples);
+        let first = channels.bucket_count();
+        let pixel = |sums: &[f64]| mean(&[0, 1, 2].map(|c| sums[first + c]));
+        channels.left_half.then(|| Picture {
+            size: self.frame.size().map(|n| n as usize),
+            pixels: self.extra.sums().chunks_exact(channels.count()).map(pixel).collect(),
+        })
     }
 
     /// Returns whether no pixel has received light.
@@ -236,7 +263,7 @@ impl FilmSums {
     /// is written, so the two never exist in full at the same time.
     pub fn into_picture(mut self, samples: u32) -> Picture {
         let mean = self.mean(samples);
-        (self.squares, self.buckets) = (Vec::new(), BucketSums::default());
+        (self.squares, self.extra) = (Vec::new(), ExtraSums::default());
         let mut pixels = vec![[0.0; 3]; self.sums.len()];
         while !self.sums.is_empty() {
             let start = self.sums.len().saturating_sub(FREED_PIXELS);
@@ -272,7 +299,7 @@ mod tests {
     fn sums_beyond_f32_give_the_largest_finite_pixel() {
         let frame = Frame::whole([1, 1]);
         let mut film = FilmSums::new(frame);
-        film.strips(1)[0].add([0, 0], 0, [1e300, -1e300, 1.0], &Response::default());
+        film.sums[0] = [1e300, -1e300, 1.0];
         let expected = [f32::MAX, f32::MIN, 1.0];
         assert_eq!(film.picture(1).pixels, [expected]);
         assert_eq!(film.into_picture(1).pixels, [expected]);

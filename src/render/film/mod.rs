@@ -1,8 +1,8 @@
 //! Film: pixels, the positions of their samples, and the sums of the light that they receive.
 
 mod accumulate;
-mod bucket_sums;
 mod dropped;
+mod extra_sums;
 mod film_sums;
 mod hero;
 mod response;
@@ -10,9 +10,10 @@ mod sample;
 
 pub use accumulate::TileSums;
 pub use dropped::{DroppedSamples, SampleId};
-pub(crate) use film_sums::FilmStrip;
+pub use extra_sums::ExtraChannels;
 pub use film_sums::FilmSums;
 pub(crate) use film_sums::clamp_to_f32;
+pub(crate) use film_sums::{FilmStrip, Splat};
 pub use hero::HeroWeights;
 pub use response::Response;
 pub use sample::{LightSplit, SpectralSplit, TileSampler, sample};

@@ -7,8 +7,7 @@
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use super::light_paths::Splat;
-use crate::film::{FilmStrip, FilmSums, Frame, Response};
+use crate::film::{FilmStrip, FilmSums, Frame, Response, Splat};
 
 /// Workers add waves to the film once this many have ended.
 const WAVES_AT_ONCE: u64 = 8;
@@ -118,8 +117,8 @@ impl<'a> OrderedFilm<'a> {
         for (i, strip) in self.strips.iter().enumerate() {
             let Strip { film, next } = &mut *lock(strip);
             for wave in *next..end {
-                for &Splat { pixel, set, light } in ended[(wave - first) as usize].of_strip(i) {
-                    film.add(pixel, set as usize, light.map(f64::from), self.response);
+                for splat in ended[(wave - first) as usize].of_strip(i) {
+                    film.add(splat, self.response);
                 }
             }
             *next = end.max(*next);
@@ -193,7 +192,7 @@ mod tests {
     use std::sync::atomic::{AtomicU64, Ordering};
 
     use super::*;
-    use crate::film::Tile;
+    use crate::film::{ExtraChannels, Tile};
     use petzval_base::sampler::hash;
     use petzval_spectrum::{BucketShares, Buckets};
 
@@ -209,22 +208,23 @@ mod tests {
             });
             // Sums of numbers that differ so much depend on their order.
             let light = [2, 3, 7].map(|c| random(c * i) as f32 * 1e-3f32.powi((i % 6) as i32));
-            Splat { pixel: [x, y], set: i % 64, light }
+            Splat { pixel: [x, y], set: (i % 64) as u16, left_half: i % 3 == 0, light }
         };
         (0..random(1) % 9000).map(splat).collect()
     }
 
-    /// Film of two buckets of wavelength.
+    /// Film of two buckets of wavelength that knows the light of the left half of the pupil.
     fn film() -> FilmSums {
         let buckets = Buckets::new(2, [400.0, 700.0]).expect("buckets");
-        FilmSums::new(FRAME).with_buckets(Some(&Arc::new(BucketShares::new(buckets))))
+        let buckets = Some(Arc::new(BucketShares::new(buckets)));
+        FilmSums::new(FRAME).with_extra(&ExtraChannels { buckets, left_half: true })
     }
 
     /// Adds the splats of waves to a film in the order of the waves.
     fn add_in_order(waves: u64, film: &mut FilmSums, response: &Response) {
         for strip in &mut film.strips(FRAME.size()[1]) {
-            for Splat { pixel, set, light } in (0..waves).flat_map(splats) {
-                strip.add(pixel, set as usize, light.map(f64::from), response);
+            for splat in (0..waves).flat_map(splats) {
+                strip.add(&splat, response);
             }
         }
     }
@@ -232,7 +232,7 @@ mod tests {
     fn assert_same(found: &FilmSums, expected: &FilmSums) {
         assert_eq!(found.picture(1).pixels, expected.picture(1).pixels);
         let whole = Tile { low: FRAME.low, size: FRAME.size() };
-        assert_eq!(found.tile(&whole).bucket_sums(), expected.tile(&whole).bucket_sums());
+        assert_eq!(found.tile(&whole).extra_sums(), expected.tile(&whole).extra_sums());
     }
 
     #[test]

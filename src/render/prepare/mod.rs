@@ -242,7 +242,7 @@ fn plan_job(
     report.text("lightPaths", job.plan.light_paths.to_string());
     let has_lens = matches!(job.camera.model, LensModel::Real(_));
     if let (Some(aov), false) = (job.layers.iter().find(|aov| aov.needs_lens()), has_lens) {
-        let name = format!("{aov:?}").to_lowercase();
+        let name = aov.name();
         return Err(PrepareError::Request(format!("'aov' {name}: this camera has no lens file")));
     }
     Ok((job, report))

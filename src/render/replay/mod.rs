@@ -80,7 +80,7 @@ fn replay_with<R: Real<Scalar = f32>>(job: &Job, name: SampleId) -> Option<Repla
     sums.accumulate(&job.response, &wave.samples, &wave.paths.radiance);
     if sums.dropped.count() == 0 {
         replay.value = Some(sums.sums()[0]);
-        replay.buckets = sums.bucket_sums().to_vec();
+        replay.buckets = sums.extra_sums()[..job.extra_channels().bucket_count()].to_vec();
     }
     Some(replay)
 }

@@ -24,10 +24,10 @@ pub(crate) use survey::survey;
 pub(crate) use walk::CausticColumns;
 
 use crate::advance::PathColumns;
-use crate::film::Frame;
+use crate::film::{Frame, Splat};
 use crate::light_tracing::entry::EntrySampler;
 use crate::light_tracing::light_paths::{
-    FrontEntry, LightPathInput, LightPaths, PathCount, Splat, add_splats,
+    FrontEntry, LightPathInput, LightPaths, PathCount, add_splats,
 };
 use caster::Caster;
 use petzval_base::distribution::DiscreteDistribution;

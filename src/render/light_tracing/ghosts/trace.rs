@@ -3,11 +3,10 @@
 use glam::{DVec3, Vec3};
 
 use super::{GhostPair, Ghosts};
-use crate::film::Frame;
+use crate::film::{Frame, Splat};
 use crate::light_tracing::entry::EntrySquare;
 use crate::light_tracing::light_paths::{
-    CameraPoses, LightPath, LightPathInput, LightPaths, PathBand, PathCount, PathNumbers, Splat,
-    WaveLight,
+    CameraPoses, LightPath, LightPathInput, LightPaths, PathBand, PathCount, PathNumbers, WaveLight,
 };
 use petzval_base::distribution::{Distribution, DistributionSample};
 use petzval_base::lanes::Real;
@@ -27,6 +26,8 @@ struct Arrival {
     /// Its index in the wave.
     slot: u32,
     pixel: [u32; 2],
+    /// Whether it passed the left half of the exit pupil.
+    left_half: bool,
     /// Factor from its flux to the value of the pixel, by channel of the path.
     share: [f32; 3],
 }
@@ -68,16 +69,17 @@ impl Ghosts {
                 let Some(pixel) = film_pixel(input, hit.point) else { continue };
                 let exposure = input.row_exposure(wave_paths.arrival_time(i), pixel);
                 let share = weights.map(|w| (w * hit.transmission * factor * exposure) as f32);
-                arrivals.push(Arrival { slot: i as u32, pixel, share });
+                let left_half = input.is_left_half(lens, &hit);
+                arrivals.push(Arrival { slot: i as u32, pixel, left_half, share });
             }
         }
         wave_paths.connect::<R>(input, arrivals.iter().map(|arrival| arrival.slot));
-        let set = light.set as u32;
-        let splat = |&Arrival { slot, pixel, share }: &Arrival| {
+        let set = light.set as u16;
+        let splat = |&Arrival { slot, pixel, left_half, share }: &Arrival| {
             let flux = wave_paths.flux(slot as usize);
             let light = [0, 1, 2].map(|c| flux[c] * share[c]);
             let is_lit = light != [0.0; 3] && light.iter().all(|c| c.is_finite());
-            is_lit.then_some(Splat { pixel, set, light })
+            is_lit.then_some(Splat { pixel, set, left_half, light })
         };
         arrivals.iter().filter_map(splat).collect()
     }

@@ -3,9 +3,9 @@
 use super::lamp::Lamp;
 use super::reach::EntryReach;
 use super::{LampImageWeights, LampImages};
-use crate::film::Frame;
+use crate::film::{Frame, Splat};
 use crate::light_tracing::light_paths::{
-    CameraPoses, LightPath, LightPathInput, LightPaths, PathCount, PathNumbers, Splat, add_splats,
+    CameraPoses, LightPath, LightPathInput, LightPaths, PathCount, PathNumbers, add_splats,
 };
 use petzval_base::lanes::Real;
 use petzval_base::rays::{Ray, WAVE_SIZE};

@@ -14,9 +14,10 @@
 
 use super::LightPathInput;
 use super::front::FrontEntry;
-use super::splat::{PathCount, Splat};
+use super::path_count::PathCount;
 use super::wave::{FilmHit, LightPaths};
 use super::wave_light::PathBand;
+use crate::film::Splat;
 use petzval_base::lanes::Real;
 use petzval_lens::RealLens;
 use petzval_scene::luminance;
@@ -93,7 +94,10 @@ pub(crate) fn add_splats<R: Real<Scalar = f32>>(
                     light[c] += f64::from(flux[c]) * factor * filter * weights[c] * exposure;
                 }
             }
-            splats.push(Splat { pixel, set: set as u32, light: light.map(|c| c as f32) });
+            // Bands of a path that arrive in a pixel come from almost the same direction.
+            let left_half = input.is_left_half(lens, &of_path[in_pixel[0].arrival].hit);
+            let light = light.map(|c| c as f32);
+            splats.push(Splat { pixel, set: set as u16, left_half, light });
         }
     }
 }

@@ -10,7 +10,7 @@ mod camera_pose;
 mod camera_view;
 mod front;
 mod numbers;
-mod splat;
+mod path_count;
 mod survey;
 mod wave;
 mod wave_light;
@@ -22,7 +22,7 @@ pub(crate) use camera_view::CameraView;
 pub(crate) use camera_view::sample_film;
 pub(crate) use front::FrontEntry;
 pub(crate) use numbers::PathNumbers;
-pub(crate) use splat::{PathCount, Splat};
+pub(crate) use path_count::PathCount;
 pub use survey::LightPathSelection;
 pub(crate) use survey::SurveyedPicture;
 pub(crate) use wave::{FilmArrival, FilmHit, LightPath, LightPaths};
@@ -33,7 +33,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use crate::film::{Frame, LightSplit, Response};
 use crate::timing::{ArrivalTime, Timing};
 use petzval_base::sampler::{Dimension, sample_2d};
-use petzval_lens::{Camera, FilmMap};
+use petzval_lens::{Camera, FilmMap, RealLens};
 use petzval_scene::{PathLimits, Scene, SpectralScene};
 
 /// Parts of a job that light paths depend on.
@@ -55,6 +55,8 @@ pub struct LightPathInput<'a> {
     pub timing: Option<&'a Timing>,
     /// The limits of path length.
     pub path_limits: PathLimits,
+    /// Whether splats are divided by halves of the exit pupil.
+    pub halves: bool,
     /// Whether the camera does not see the light of a sky.
     pub hides_sky: bool,
     /// The seed of all random numbers.
@@ -75,6 +77,11 @@ impl LightPathInput<'_> {
         self.timing.map_or_else(ArrivalTime::default, |timing| {
             timing.arrival_time(sample_2d(key, sample, Dimension::Time)[0])
         })
+    }
+
+    /// Returns whether a path passed the left half of the exit pupil; false if halves do not matter.
+    pub(crate) fn is_left_half(&self, lens: &RealLens, hit: &FilmHit) -> bool {
+        self.halves && lens.is_left_half(hit.point, hit.towards)
     }
 
     /// Returns the density with which the row of a pixel samples a time, relative to that with which

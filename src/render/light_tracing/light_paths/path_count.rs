@@ -1,17 +1,7 @@
-//! Splats: light that light paths add to pixels, and the number of paths that do.
+//! Number of the light paths of a picture, and the scale of their splats.
 
 use super::LightPathInput;
 use petzval_base::rays::WAVE_SIZE;
-
-/// A pixel of the picture and the light that is added to it.
-#[derive(Clone, Copy)]
-pub(crate) struct Splat {
-    pub pixel: [u32; 2],
-    /// Set of the wavelengths of the light, if paths carry spectra.
-    pub set: u32,
-    /// Light in the channels of its path.
-    pub light: [f32; 3],
-}
 
 /// Number of the light paths of a sample number, in whole waves.
 #[derive(Clone, Copy, Debug)]

@@ -1,0 +1,174 @@
+//! Dual pixels: the pictures of both halves of the pupil, against first-order optics.
+
+use std::f64::consts::PI;
+
+use crate::support::{folder, root, write};
+use petzval_image::ImageLayer;
+use petzval_render::aov::{Aov, CircleOfConfusion};
+use petzval_render::job::Job;
+use petzval_render::prepare::{Changes, prepare};
+use petzval_render::{Backend, RenderOptions, render};
+use petzval_scene_formats::pbrt;
+use petzval_spectrum::Buckets;
+
+/// Pixels along each side of the film.
+const SIDE: usize = 96;
+
+/// Returns the job of a scene through a lens with a square film of this diagonal (mm).
+fn job(lens: &str, diagonal: f64, world: &str, changes: &Changes) -> Job {
+    let text = format!(
+        "Film \"rgb\" \"integer xresolution\" {SIDE} \"integer yresolution\" {SIDE}
+         \"float diagonal\" {diagonal} PixelFilter \"box\" Sampler \"sobol\" \"integer pixelsamples\" 64
+         Integrator \"path\" \"integer maxdepth\" 1
+         Camera \"realistic\" \"string lensfile\" \"{}\" \"float focusdistance\" 2
+         WorldBegin\n{world}",
+        root().join("lenses").join(lens).display()
+    );
+    let folder = folder();
+    let description = pbrt::read(&write(&folder, "scene.pbrt", text)).expect("a scene");
+    let changes = Changes { layers: vec![Aov::DualPixel], ..changes.clone() };
+    prepare(description, &changes).expect("a job").job
+}
+
+fn effects(text: &str) -> Changes {
+    Changes { effects: text.parse().expect("effects"), ..Changes::default() }
+}
+
+/// Returns the layers `left` and `right`, whose sum is the picture.
+fn halves(job: &Job, options: RenderOptions) -> [ImageLayer; 2] {
+    let exposed = render(job, options).expect("a picture");
+    let picture = exposed.film.picture(job.samples.end - job.samples.start);
+    let [left, right, ..] = &exposed.layers(job)[..] else { panic!("two layers") };
+    let halves = [left.clone(), right.clone()];
+    assert_eq!(halves.each_ref().map(|layer| layer.name.as_str()), ["left", "right"]);
+    for (c, name) in ["R", "G", "B"].iter().enumerate() {
+        let [left, right] = halves.each_ref().map(|layer| &layer.channels[c]);
+        assert_eq!([&left.0, &right.0], [name; 2]);
+        for ((left, right), pixel) in left.1.iter().zip(&right.1).zip(&picture.pixels) {
+            assert!(*left >= 0.0 && *right >= -1e-6 * pixel[c], "{left} and {right}");
+            assert!((left + right - pixel[c]).abs() <= 1e-6 * pixel[c], "{left} + {right}");
+        }
+    }
+    halves
+}
+
+/// Returns the sum of the green channel of a layer and its centroid (pixels).
+fn centroid(layer: &ImageLayer) -> (f64, [f64; 2]) {
+    let (mut sum, mut moments) = (0.0, [0.0; 2]);
+    for (i, &light) in layer.channels[1].1.iter().enumerate() {
+        let light = f64::from(light);
+        sum += light;
+        moments[0] += light * (i % SIDE) as f64;
+        moments[1] += light * (i / SIDE) as f64;
+    }
+    (sum, moments.map(|moment| moment / sum))
+}
+
+/// A small lamp at a depth (m), in the direction (right, up) of the scene.
+fn lamp(depth: f64, [right, up]: [f64; 2]) -> String {
+    format!(
+        "AreaLightSource \"diffuse\" \"rgb L\" [1 1 1] Translate {} {} {depth}
+         Shape \"sphere\" \"float radius\" {}",
+        right * depth,
+        up * depth,
+        3e-3 * depth
+    )
+}
+
+/// The centroid of half a disc lies 4 r / (3 pi) from its straight side. So the pictures of a lamp are
+/// displaced by 2 / (3 pi) of the diameter of the blur, to opposite sides before and behind the plane in
+/// focus: the left half of the pupil sees near things further to the right, as a left eye does.
+#[test]
+fn the_disparity_of_a_lamp_is_that_of_first_order_optics() {
+    for (depth, direction) in [
+        (1.0, [0.0; 2]),
+        (1.4, [0.0; 2]),
+        (4.0, [0.0; 2]),
+        (1.0, [0.006, -0.004]),
+        (6.0, [-0.005; 2]),
+    ] {
+        for light_paths in [false, true] {
+            let changes = Changes {
+                light_paths: Some(light_paths),
+                f_number: Some(11.0),
+                samples: Some(1024),
+                ..effects("none")
+            };
+            let job = job("dgauss.50mm.dat", 2.0, &lamp(depth, direction), &changes);
+            assert_eq!(job.light_strategies().len(), usize::from(light_paths));
+            let found = halves(&job, RenderOptions::default());
+            let [(left, [x, y]), (right, [to_x, to_y])] = found.each_ref().map(centroid);
+            let circle = CircleOfConfusion::new(&job.camera).expect("a lens");
+            let pitch = 1e3 * job.camera.pixel_pitch([SIDE as u32; 2])[0];
+            let blur =
+                circle.diameter(depth, [0.0; 2]) / pitch * if depth < 2.0 { 1.0 } else { -1.0 };
+            let expected = 4.0 / (3.0 * PI) * blur;
+            let place = format!("{depth} m, {direction:?}, light paths {light_paths}");
+            println!("{place}: {} px, not {expected}; {left} {right}", x - to_x);
+            assert!(((x - to_x) / expected - 1.0).abs() < 0.02, "{place}: {} {expected}", x - to_x);
+            assert!((y - to_y).abs() < 0.02 * expected.abs(), "{place}: {y} {to_y}");
+            assert!((left / right - 1.0).abs() < 0.02, "{place}: {left} {right}");
+        }
+    }
+}
+
+const SKY: &str = "LightSource \"infinite\" \"rgb L\" [0.9 0.6 0.3]";
+
+/// Returns the share of the light of a part of the picture that passes the left half of the pupil.
+fn left_share(halves: &[ImageLayer; 2], columns: std::ops::Range<usize>) -> f64 {
+    let [left, right] = halves.each_ref().map(|layer| {
+        let pixels = layer.channels[1].1.iter().enumerate();
+        pixels
+            .filter(|(i, _)| columns.contains(&(i % SIDE)))
+            .map(|(_, &light)| f64::from(light))
+            .sum::<f64>()
+    });
+    left / (left + right)
+}
+
+/// The rims of a lens cut one half of the pupil at the left edge of the picture, and the other at the right
+/// edge.
+#[test]
+fn halves_of_a_uniform_sky_are_equal_in_the_middle_and_mirrored_at_the_edges() {
+    for (lens, effect) in [
+        ("dgauss.50mm.dat", "none"),
+        ("double-gauss.50mm.toml", "+dispersion"),
+        ("wide.22mm.dat", "none"),
+        ("anamorphic.toml", "none"),
+    ] {
+        let changes = Changes { samples: Some(96), ..effects(effect) };
+        let found = halves(&job(lens, 40.0, SKY, &changes), RenderOptions::default());
+        let [left, middle, right] = [0..8, SIDE / 2 - 8..SIDE / 2 + 8, SIDE - 8..SIDE]
+            .map(|columns| left_share(&found, columns));
+        println!("{lens}, {effect}: {left} {middle} {right}");
+        assert!((middle - 0.5).abs() < 0.004, "{lens}: {middle}");
+        assert!((left + right - 1.0).abs() < 0.008, "{lens}: {left} and {right}");
+        assert!((left - 0.5).abs() > 0.02, "{lens}: {left}");
+    }
+}
+
+#[test]
+fn halves_change_neither_the_picture_nor_its_spectrum() {
+    let changes = Changes {
+        samples: Some(16),
+        buckets: Some(Some(Buckets::new(4, [400.0, 700.0]).expect("buckets"))),
+        light_paths: Some(true),
+        ..effects("+dispersion,+ghosts,+spectra")
+    };
+    let world = format!("{SKY} {}", lamp(1.0, [0.0; 2]));
+    let with = job("double-gauss.50mm.toml", 4.0, &world, &changes);
+    assert!(with.camera.bands() > 1 && with.spectral.is_some());
+    assert_eq!(with.light_strategies().len(), 2);
+    let mut without = with.clone();
+    without.layers.clear();
+    let [found, expected] =
+        [&with, &without].map(|job| render(job, RenderOptions::default()).expect("a picture"));
+    assert!(found.film.picture(16) == expected.film.picture(16));
+    let spectrum = expected.film.spectrum(16).expect("a spectrum");
+    assert!(found.film.spectrum(16) == Some(spectrum));
+    let found = halves(&with, RenderOptions::default());
+    for (backend, threads) in [(Backend::Simd, 1), (Backend::Scalar, 7)] {
+        let options = RenderOptions { backend, threads, ..RenderOptions::default() };
+        assert!(halves(&with, options) == found, "{backend:?}, {threads} threads");
+    }
+}
