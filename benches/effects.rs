@@ -22,7 +22,7 @@ use petzval_render::light_tracing::{SplatStage, Strategy};
 use petzval_render::plan::{Effect, EffectSelection};
 use petzval_render::prepare::{Changes, prepare};
 use petzval_render::sensor::{Bayer, Components, Sensor, SensorSettings};
-use petzval_render::{RenderOptions, RenderOutput, render};
+use petzval_render::{OpticalImage, RenderOptions, RenderOutput, render};
 use petzval_scene_formats::pbrt;
 use petzval_spectrum::Glass;
 use petzval_tools::bench::launch::Launch;
@@ -191,7 +191,7 @@ fn raw_file(criterion: &mut Criterion) {
     group.sample_size(10);
     group.bench_function("12 megapixels", |bencher| {
         let write = |picture| {
-            let raw = petzval_render::read_out(picture, &job);
+            let raw = OpticalImage { picture, left_half: None }.read_out(&job).picture;
             raw.write(&file, job.frame.window(), encoding, &Vec::new()).expect("a file");
         };
         bencher.iter_batched(|| picture.clone(), write, BatchSize::PerIteration);

@@ -141,8 +141,9 @@ impl Job {
             if output.partial_mean_spp.is_some() {
                 return Err(RenderError::Stopped);
             }
-            let (layers, more) = (output.layers(&self.job), sample_notes(&output));
-            Ok((output.into_picture(&self.job), layers, more))
+            let more = sample_notes(&output);
+            let (picture, layers) = output.into_picture_with_layers(&self.job);
+            Ok((picture, layers, more))
         };
         let rendered = worker::run(py, &state.stop, pulse, work)?;
         let (picture, layers, more) = rendered.map_err(|error| render_error(&error))?;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use crate::aov;
-use crate::aov::{Aov, LayerRequest};
+use crate::aov::{Aov, HALVES, LayerRequest};
 use crate::diffraction::Diffraction;
 use crate::film::{
     ExtraChannels, Frame, LightSplit, Response, SpectralSplit, TILE, Tile, TileSampler,
@@ -163,8 +163,12 @@ impl Job {
         }
         if self.colour_space != ColourSpace::Srgb {
             let space = self.colour_space.primaries();
+            // White reflects all light; light keeps its X, Y and Z, as that of the picture does.
             if let Some(matrix) = Primaries::SRGB.adapted_to(&space) {
-                aov::convert_albedo(layers, &matrix);
+                aov::convert_colours(layers, &[Aov::Albedo.name()], &matrix);
+            }
+            if let (false, Some(matrix)) = (self.has_mosaic(), Primaries::SRGB.to(&space)) {
+                aov::convert_colours(layers, &HALVES, &matrix);
             }
         }
     }

@@ -23,6 +23,7 @@ mod checkpointer;
 mod deferred;
 mod disperse;
 mod film_state;
+mod optical_image;
 mod progressive;
 mod replay;
 mod splat_accumulator;
@@ -39,7 +40,6 @@ use std::sync::atomic::{AtomicBool, AtomicU64};
 use crate::aov::FeatureFilm;
 use crate::film::FilmSums;
 use crate::job::Job;
-use crate::plan::Effect;
 use checkpoint::{CheckpointError, SavedRender};
 use petzval_base::lanes::{Real, f32x8};
 use petzval_base::stats::Stats;
@@ -48,6 +48,7 @@ use workers::Workers;
 
 pub use checkpointer::{CheckpointNotice, Checkpointer, RenderStart, ResumeError};
 pub use disperse::{DisperseColumns, disperse};
+pub use optical_image::{OpticalImage, ReadPicture};
 pub use progressive::ProgressiveRender;
 pub use replay::{Collision, PathStage, PathStep, Replay, ShadowRay, SharedBand, replay};
 
@@ -142,20 +143,32 @@ impl RenderOutput {
     /// Returns the picture of this job: the light on the film, after diffraction if that is planned,
     /// and read out by the sensor if there is one.
     pub fn picture(&self, job: &Job) -> Picture {
-        develop(self.film.picture(job.samples.end - job.samples.start), job)
+        let samples = job.samples.end - job.samples.start;
+        let (picture, left_half) = (self.film.picture(samples), self.film.left_half(samples));
+        OpticalImage::new(picture, left_half, job).read_out(job).picture
     }
 
     /// Returns the same as [`RenderOutput::picture`], in less memory.
     pub fn into_picture(self, job: &Job) -> Picture {
-        read_out(self.into_optical_image(job), job)
+        self.into_optical_image(job).read_out(job).picture
+    }
+
+    /// Returns the picture of this job and its layers: as [`RenderOutput::layers`], but those of a dual pixel
+    /// are spread and read out as the picture is.
+    pub fn into_picture_with_layers(self, job: &Job) -> (Picture, Vec<ImageLayer>) {
+        let mut layers = self.layers(job);
+        let picture = self.into_optical_image(job).read_out(job).with_layers(job, &mut layers);
+        (picture, layers)
     }
 
     /// Returns the light on the film after diffraction, which the sensor has not read out yet:
-    /// [`read_out`] makes the picture of it.
-    pub fn into_optical_image(self, job: &Job) -> Picture {
+    /// [`OpticalImage::read_out`] makes the picture of it.
+    pub fn into_optical_image(self, job: &Job) -> OpticalImage {
         let Self { film, features, .. } = self;
         drop(features);
-        diffract(film.into_picture(job.samples.end - job.samples.start), job)
+        let samples = job.samples.end - job.samples.start;
+        let left_half = film.left_half(samples);
+        OpticalImage::new(film.into_picture(samples), left_half, job)
     }
 
     /// Returns the layers of this job, and that of the spectra of a spectral film. They describe the light
@@ -167,27 +180,6 @@ impl RenderOutput {
         job.convert_layers(&mut layers);
         layers.extend(self.film.spectrum(samples));
         layers
-    }
-}
-
-/// Applies what happens to a picture after the film: diffraction and the sensor.
-fn develop(picture: Picture, job: &Job) -> Picture {
-    read_out(diffract(picture, job), job)
-}
-
-/// Spreads a picture by diffraction, if that is planned.
-fn diffract(picture: Picture, job: &Job) -> Picture {
-    match job.plan.has(Effect::Diffraction) {
-        true => job.point_spreads().spread(&picture),
-        false => picture,
-    }
-}
-
-/// Reads a picture out by the sensor of a job, if there is one.
-pub fn read_out(picture: Picture, job: &Job) -> Picture {
-    match &job.sensor {
-        Some(sensor) => sensor.read_out(picture, job.frame.low, job.seed),
-        None => picture,
     }
 }
 

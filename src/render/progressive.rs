@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::splat_accumulator::SplatAccumulator;
 use super::uniform::PASS_SAMPLES;
 use super::wave::{Wave, WorkItem};
-use super::{Progress, RenderError, read_out};
+use super::{OpticalImage, Progress, RenderError};
 use crate::film::{FilmSums, Tile, TileSums};
 use crate::job::Job;
 use petzval_base::lanes::f32x8;
@@ -116,7 +116,8 @@ impl<'a> ProgressiveRender<'a> {
     pub fn picture(&self) -> Picture {
         let mut film = self.film_with_pass();
         self.splats.add_scaled_to(&mut film, 1.0);
-        read_out(film.into_picture(self.samples), self.job)
+        let picture = film.into_picture(self.samples);
+        OpticalImage { picture, left_half: None }.read_out(self.job).picture
     }
 
     /// Returns the film of complete passes with the samples of the current one.

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use crate::support::workspace::Contents;
 use crate::support::{folder, petzval, root, write};
 use petzval::Picture;
 use serde_json::Value;
@@ -74,12 +75,31 @@ fn a_list_of_another_length_is_refused_and_a_failure_leaves_nothing() {
     }
 }
 
+/// Checks that the means of both halves of the pupil add up to the mean of a channel of the picture, but for
+/// pixels that saturate.
+fn halves_add_up(path: &Path, channel: &str) {
+    let channels = Contents::read(path).channels;
+    let values = |name: &str| -> Vec<f64> {
+        let (_, bits) = channels.iter().find(|(found, _)| found == name).expect(name);
+        bits.iter().map(|bits| f64::from(f32::from_bits(*bits))).collect()
+    };
+    let whole = values(channel);
+    let mean = |values: &[f64]| {
+        let unsaturated = values.iter().zip(&whole).filter(|(_, whole)| **whole < 0.9);
+        unsaturated.map(|(value, _)| value).sum::<f64>() / whole.len() as f64
+    };
+    let [left, right] = ["left.G", "right.G"].map(|name| mean(&values(name)));
+    let whole = mean(&whole);
+    assert!(left > 0.3 * whole && right > 0.3 * whole, "{left} {right} {whole}");
+    assert!(((left + right) / whole - 1.0).abs() < 0.005, "{left} + {right}, not {whole}");
+}
+
 const DRAWN: &str = "
 pairs = 5
 seed = 3
 resolution = [40, 30]
 spp = 4
-layers = [\"depth\", \"coc\"]
+layers = [\"depth\", \"coc\", \"dual_pixel\"]
 [draw]
 scene = \"scene.pbrt\"
 focus = { from = 1.0, to = 4.0 }
@@ -121,6 +141,9 @@ fn pairs_do_not_depend_on_their_order_and_continue() {
         for kind in ["clean", "degraded", "raw"] {
             assert_eq!(read(whole, pair, kind), read(parts, pair, kind), "{kind} of {pair}");
         }
+        halves_add_up(&whole.join(format!("out/{pair:06}.raw.exr")), "Y");
+        halves_add_up(&parts.join(format!("out/{pair:06}.raw.exr")), "Y");
+        halves_add_up(&whole.join(format!("out/{pair:06}.degraded.exr")), "G");
     }
     let drawn = |name: &str| -> Vec<f64> {
         rows(whole).iter().map(|row| row["metadata"][name].as_f64().expect("a number")).collect()

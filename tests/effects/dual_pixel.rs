@@ -3,10 +3,11 @@
 use std::f64::consts::PI;
 
 use crate::support::{folder, root, write};
-use petzval_image::ImageLayer;
+use petzval_image::{ImageLayer, Picture};
 use petzval_render::aov::{Aov, CircleOfConfusion};
 use petzval_render::job::Job;
 use petzval_render::prepare::{Changes, prepare};
+use petzval_render::sensor::SensorSettings;
 use petzval_render::{Backend, RenderOptions, render};
 use petzval_scene_formats::pbrt;
 use petzval_spectrum::Buckets;
@@ -170,5 +171,128 @@ fn halves_change_neither_the_picture_nor_its_spectrum() {
     for (backend, threads) in [(Backend::Simd, 1), (Backend::Scalar, 7)] {
         let options = RenderOptions { backend, threads, ..RenderOptions::default() };
         assert!(halves(&with, options) == found, "{backend:?}, {threads} threads");
+    }
+}
+
+/// Returns the covariance of two pictures in a channel.
+fn covariance(one: &Picture, other: &Picture, channel: usize) -> f64 {
+    let mean = |picture: &Picture| {
+        let sum: f64 = picture.pixels.iter().map(|pixel| f64::from(pixel[channel])).sum();
+        sum / picture.pixels.len() as f64
+    };
+    let means = [one, other].map(mean);
+    let pixels = one.pixels.iter().zip(&other.pixels);
+    let products = pixels
+        .map(|(a, b)| (f64::from(a[channel]) - means[0]) * (f64::from(b[channel]) - means[1]));
+    products.sum::<f64>() / (one.pixels.len() - 1) as f64
+}
+
+fn flat(value: f32) -> Picture {
+    Picture { size: [1000, 800], pixels: vec![[value; 3]; 800_000] }
+}
+
+fn mean(picture: &Picture) -> f64 {
+    let sum: f64 = picture.pixels.iter().map(|pixel| f64::from(pixel[1])).sum();
+    sum / picture.pixels.len() as f64
+}
+
+/// The charge of a photosite is that of both photodiodes, so that its shot noise is theirs; each readout
+/// adds its own noise.
+#[test]
+fn the_picture_of_a_dual_pixel_has_the_shot_noise_of_its_halves() {
+    let settings: SensorSettings =
+        "iso=400,well=20000,read=6,dark=300,time=1,bits=16,black=2000".parse().expect("a sensor");
+    let sensor = settings.sensor(100.0, 4.0, 0.0);
+    let white = sensor.white_electrons();
+    let [left, right] = [0.12, 0.3];
+    let (whole, halves) = sensor.read_out_halves([flat(left), flat(right)], [0, 0], 5);
+    let dark = 300.0 / white;
+    let expected = [left, right].map(|value| f64::from(value) + dark / 2.0);
+    let sum = expected[0] + expected[1];
+    for (found, expected) in
+        [&halves[0], &halves[1], &whole].into_iter().zip([expected[0], expected[1], sum])
+    {
+        // Five standard errors are 0.0002.
+        assert!((mean(found) - expected).abs() < 2e-4, "{} and {expected}", mean(found));
+        let electrons = covariance(found, found, 1) * white * white;
+        let step = white / f64::from(sensor.max_code() - sensor.black_level);
+        let expected = expected * white + 36.0 + step * step / 12.0;
+        assert!((electrons / expected - 1.0).abs() < 0.009, "{electrons} and {expected}");
+    }
+    let shared = [0, 1].map(|half| covariance(&halves[half], &whole, 1) * white * white);
+    for (shared, expected) in shared.into_iter().zip(expected) {
+        assert!(
+            (shared / (expected * white) - 1.0).abs() < 0.015,
+            "{shared}, {}",
+            expected * white
+        );
+    }
+    let apart = covariance(&halves[0], &halves[1], 1) * white * white;
+    assert!(apart.abs() < 0.01 * sum * white, "{apart}");
+    // Channels, and pictures of the same light in one half, have noise of their own.
+    let [again, other] = sensor.read_out_halves([flat(right), flat(right)], [0, 0], 5).1;
+    assert!(covariance(&again, &other, 1).abs() * white * white < 0.01 * sum * white);
+    // At the base speed, a photodiode holds half of the full well.
+    let base = SensorSettings { iso: Some(100.0), ..settings }.sensor(100.0, 4.0, 0.0);
+    let (whole, [left, _]) = base.read_out_halves([flat(4.0), flat(0.1)], [0, 0], 5);
+    assert!((mean(&left) - 0.5).abs() < 1e-4, "{}", mean(&left));
+    assert!((mean(&whole) - 0.6 - 150.0 / 20_000.0).abs() < 2e-4, "{}", mean(&whole));
+}
+
+#[test]
+fn a_sensor_reads_halves_out_as_it_reads_the_picture() {
+    let world = format!("{SKY} {}", lamp(1.0, [0.0; 2]));
+    for (effect, sensor) in [
+        ("none", "iso=100,well=1e9,read=0,bits=16"),
+        ("+diffraction", "iso=100,well=1e9,read=0,bits=16"),
+        ("none", "iso=100,well=1e9,read=0,bits=16,bayer=grbg"),
+    ] {
+        let changes = Changes {
+            samples: Some(16),
+            sensor: Some(sensor.parse().expect("a sensor")),
+            ..effects(effect)
+        };
+        let mut job = job("dgauss.50mm.dat", 4.0, &world, &changes);
+        job.camera.imaging_ratio *= 500.0;
+        let exposed = render(&job, RenderOptions::default()).expect("a picture");
+        assert!(exposed.picture(&job) == exposed.clone().into_picture(&job));
+        let (picture, layers) = exposed.into_picture_with_layers(&job);
+        let [left, right] = &layers[..] else { panic!("{} layers", layers.len()) };
+        for (i, pixel) in picture.pixels.iter().enumerate() {
+            for c in 0..3 {
+                let [left, right] = [left, right].map(|layer| layer.channels[c].1[i]);
+                // Codes are rounded three times, and a billion electrons have noise of 2e-5.
+                assert!(
+                    (left + right - pixel[c]).abs() < 2e-4,
+                    "{left} + {right} and {}",
+                    pixel[c]
+                );
+            }
+        }
+        println!("{effect} {sensor}: {}", mean(&picture));
+    }
+}
+
+/// Without rims in the way, the line between the halves passes the middle of the pupil from every point of
+/// the film, also behind a film that is shifted.
+#[test]
+fn halves_of_a_small_stop_are_equal_all_over_the_film() {
+    for (lens, f_number, shift) in [
+        ("dgauss.50mm.dat", 11.0, 0.0),
+        ("telephoto.250mm.dat", 16.0, 0.0),
+        ("telephoto.250mm.dat", 16.0, 4.0),
+    ] {
+        let changes = Changes {
+            samples: Some(96),
+            f_number: Some(f_number),
+            film_shift: Some([shift, 0.0]),
+            ..effects("+tilt_shift")
+        };
+        let found = halves(&job(lens, 22.0, SKY, &changes), RenderOptions::default());
+        for columns in [0..8, SIDE / 2 - 4..SIDE / 2 + 4, SIDE - 8..SIDE] {
+            let share = left_share(&found, columns.clone());
+            println!("{lens} {f_number} {shift} {columns:?}: {share}");
+            assert!((share - 0.5).abs() < 0.02, "{lens} {shift} {columns:?}: {share}");
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! Slanted edges in pictures through real lenses, against the lens's modulation transfer.
 
 use petzval_base::sinc::sinc;
-use petzval_lens::{LensModel, RealLens};
+use petzval_lens::{Band, LensModel, RealLens, SpectralLine};
 use petzval_lens_formats::LensOptions;
 use petzval_optics::{
     ConditionChoices, FieldRays, FrequencyAxis, ImageQuality, ImagingConditions, ImagingGrid,
@@ -10,7 +10,9 @@ use petzval_optics::{
 use petzval_render::Backend;
 use petzval_render::job::Job;
 use petzval_render::prepare::{Changes, prepare};
+use petzval_scene::luminance;
 use petzval_scene_formats::pbrt;
+use petzval_spectrum::xyz_from_srgb;
 use petzval_tools::chart_analysis::{EdgeAxis, EdgeResponse};
 
 use crate::support::reference::by_tier;
@@ -29,12 +31,23 @@ const HEIGHTS: [f64; 3] = [0.0, 15.1, 20.6];
 const SIDE: u32 = 100;
 const DEGREES: f64 = 4.012;
 
-/// A lens file of the repository, its f-number, and a wavelength (nm) in place of that of the file.
-type Lens = (&'static str, f64, Option<f64>);
+/// A lens file of the repository, its f-number, and the light through it.
+type Lens = (&'static str, f64, Light);
+
+/// Light through a lens.
+#[derive(Clone, Copy, Debug)]
+enum Light {
+    /// That of the d line.
+    Design,
+    /// That of a wavelength (nm).
+    Line(f64),
+    /// White light, which the lens disperses.
+    White,
+}
 
 /// Prepares the picture of a region: a black card before a bright sky, whose edge passes a point of the chart (m).
 fn job(lens: Lens, axis: EdgeAxis, at: [f64; 2], crop: [[u32; 2]; 2]) -> Job {
-    let (lens, f_number, wavelength) = lens;
+    let (lens, f_number, light) = lens;
     let (sin, cos) = DEGREES.to_radians().sin_cos();
     // Along the edge, and from it over the card.
     let [along, across] = match axis {
@@ -66,9 +79,13 @@ fn job(lens: Lens, axis: EdgeAxis, at: [f64; 2], crop: [[u32; 2]; 2]) -> Job {
         points.join(" ")
     );
     let description = pbrt::read(&write(&folder, "edge.pbrt", text)).expect("a scene");
-    let effects = "none".parse().expect("a selection");
-    let lens_options =
-        LensOptions { wavelengths: wavelength.into_iter().collect(), ..LensOptions::default() };
+    let (effects, wavelengths) = match light {
+        Light::Design => ("none", vec![]),
+        Light::Line(wavelength) => ("none", vec![wavelength]),
+        Light::White => ("+dispersion", vec![]),
+    };
+    let effects = effects.parse().expect("a selection");
+    let lens_options = LensOptions { wavelengths, ..LensOptions::default() };
     let lens = Some(root().join("lenses").join(lens));
     let f_number = Some(f_number);
     let changes =
@@ -86,14 +103,15 @@ fn real_lens(job: &Job) -> &RealLens {
 /// The loop of lens, light and picture: contrast within a hundredth up to Nyquist.
 #[test]
 fn edges_in_pictures_have_the_modulation_of_lens_and_pixels() {
-    let lenses: [Lens; 4] = [
-        ("dgauss.50mm.dat", 4.0, None),
-        ("double-gauss.50mm.toml", 5.6, Some(450.0)),
-        ("telephoto.250mm.dat", 8.0, None),
-        ("double-gauss.50mm.toml", 5.6, Some(650.0)),
+    let lenses: [Lens; 5] = [
+        ("dgauss.50mm.dat", 4.0, Light::Design),
+        ("double-gauss.50mm.toml", 5.6, Light::White),
+        ("double-gauss.50mm.toml", 5.6, Light::Line(450.0)),
+        ("telephoto.250mm.dat", 8.0, Light::Design),
+        ("double-gauss.50mm.toml", 5.6, Light::Line(650.0)),
     ];
-    for lens in lenses.into_iter().take(by_tier(2, 4)) {
-        let name = format!("{} at {:?} nm", lens.0, lens.2);
+    for lens in lenses.into_iter().take(by_tier(3, 5)) {
+        let name = format!("{} in {:?}", lens.0, lens.2);
         let middle = RESOLUTION.map(|n| n / 2);
         let whole = [[0, 0], RESOLUTION];
         let first = job(lens, EdgeAxis::X, [0.0; 2], whole);
@@ -110,13 +128,25 @@ fn edges_in_pictures_have_the_modulation_of_lens_and_pixels() {
         let grid = ImagingGrid { fields: 2, pupil: 128, threads: 2 };
         let quality =
             ImageQuality::new(&lens_of_job.prescription, conditions, grid).expect("glasses");
+        // Luminance weighs the bands of white light.
+        let line = |band: &Band| SpectralLine {
+            nm: band.wavelength,
+            weight: xyz_from_srgb(band.response)[1],
+        };
+        let lines: Vec<SpectralLine> = lens_of_job.bands.iter().map(line).collect();
+        let trace_field = |height: f64| match lens.2 {
+            Light::White => {
+                let field = quality.trace_field_in(&lens_of_job.prescription, &lines, height, 128);
+                field.expect("glasses").expect("light")
+            }
+            _ => quality.trace_field(height, 128).expect("light"),
+        };
         for height in HEIGHTS {
             let field = quality.trace_field(height, 128).expect("light");
             // The region shows other fields too.
             let step = f64::from(SIDE) * PITCH / 5.0;
-            let fields: Vec<FieldRays> = (-2..=2)
-                .map(|i| quality.trace_field(height + step * f64::from(i), 128).expect("light"))
-                .collect();
+            let fields: Vec<FieldRays> =
+                (-2..=2).map(|i| trace_field(height + step * f64::from(i))).collect();
             let Some(ObjectPoint::Near(object)) = field.chief(0).map(|chief| chief.object) else {
                 panic!("an object on a plane")
             };
@@ -130,7 +160,7 @@ fn edges_in_pictures_have_the_modulation_of_lens_and_pixels() {
                 let flat = picture(&job(lens, axis, [9.0; 2], crop), Backend::Simd, 2);
                 let mut seen = picture(&job(lens, axis, at, crop), Backend::Simd, 2);
                 for (seen, flat) in seen.pixels.iter_mut().zip(&flat.pixels) {
-                    *seen = [0, 1, 2].map(|c| seen[c] / flat[c]);
+                    *seen = [luminance(*seen) / luminance(*flat); 3];
                 }
                 let region = [[0, 0], [SIDE as usize; 2]];
                 let edge = EdgeResponse::measure(&seen, region, |pixel| f64::from(pixel[1]));

@@ -5,7 +5,7 @@ use std::time::Duration;
 use crate::support::workspace::{Workspace, finish, forge_build, signal};
 
 const RENDER: &str = "render scene.pbrt --spp 130 --effects +ghosts --resolution 48x32 \
-                     --aov variance,depth,samples,object,dual-pixel";
+                     --aov variance,depth,samples,object,dual_pixel";
 
 /// Largest relative difference: sums in f64 differ by their order, f32 values by their last bit.
 const ROUNDING: f64 = 1e-5;

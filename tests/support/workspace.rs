@@ -175,7 +175,7 @@ pub struct Contents {
 }
 
 impl Contents {
-    fn read(path: &Path) -> Self {
+    pub fn read(path: &Path) -> Self {
         let image = read_all_flat_layers_from_file(path).expect("a whole picture");
         let layer = &image.layer_data[0];
         let bits = |samples: &FlatSamples| match samples {

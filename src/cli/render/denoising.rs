@@ -7,7 +7,7 @@ use glam::DVec3;
 use petzval_image::{EncodingOptions, ImageFormat, ImageLayer, Picture};
 use petzval_render::aov::Aov;
 use petzval_render::job::Job;
-use petzval_render::read_out;
+use petzval_render::{OpticalImage, ReadPicture};
 use petzval_spectrum::Primaries;
 
 use crate::cli::Failure;
@@ -53,20 +53,22 @@ impl Denoising<'_> {
     /// Returns an error, with the noisy picture, if that fails.
     pub fn apply(
         &self,
-        image: Picture,
+        image: OpticalImage,
         layers: &[ImageLayer],
         job: &Job,
-    ) -> Result<(Picture, Picture), (DenoiseError, Picture)> {
+    ) -> Result<(ReadPicture, Picture), (DenoiseError, Picture)> {
         let layer = |aov: Aov| layers.iter().find(|layer| layer.name == aov.name());
         let clean = match GUIDES.map(layer) {
             [Some(albedo), Some(normal)] => {
-                self.denoiser.run(&image, &Guides { albedo, normal }, self.stop)
+                self.denoiser.run(&image.picture, &Guides { albedo, normal }, self.stop)
             }
             _ => Err(DenoiseError::Failed("there are no layers albedo and normal".to_owned())),
         };
         match clean {
-            Ok(clean) => Ok((read_out(clean, job), read_out(image, job))),
-            Err(error) => Err((error, read_out(image, job))),
+            Ok(clean) => {
+                Ok((image.clone().with_picture(clean).read_out(job), image.read_out(job).picture))
+            }
+            Err(error) => Err((error, image.read_out(job).picture)),
         }
     }
 }

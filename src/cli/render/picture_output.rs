@@ -10,7 +10,7 @@ use petzval_render::aov::Aov;
 use petzval_render::film::{DroppedSamples, SampleId};
 use petzval_render::job::Job;
 use petzval_render::plan::Effect;
-use petzval_render::{Convergence, RenderOutput, read_out, thread_pool};
+use petzval_render::{Convergence, RenderOutput, thread_pool};
 
 use super::camera_model;
 use super::denoising::{Denoising, Undenoised, noisy_files, noisy_layer};
@@ -77,8 +77,8 @@ impl PictureOutput<'_> {
         let (dropped, dark) = (std::mem::take(&mut exposed.film.dropped), exposed.film.is_dark());
         let image = pool.install(|| exposed.into_optical_image(job));
         let (mut denoise_time, mut beside) = (None, None);
-        let picture = match denoising {
-            None => read_out(image, job),
+        let reading = match denoising {
+            None => image.read_out(job),
             Some(denoising) => {
                 let begun = Instant::now();
                 let [noisy_file, undenoised] = noisy_files(output.path());
@@ -105,6 +105,7 @@ impl PictureOutput<'_> {
                 clean
             }
         };
+        let picture = reading.with_layers(job, &mut layers);
         layers.retain(|layer| {
             format.holds(&layer.name) && hidden.iter().all(|aov| aov.name() != layer.name)
         });

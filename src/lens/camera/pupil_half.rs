@@ -13,8 +13,12 @@ impl RealLens {
     /// Returns whether a ray from a point of the film [mm from its centre] passes the left half of the exit
     /// pupil, as seen from behind the camera. The direction is in the frame of the lens, z towards the
     /// scene, of any length.
-    pub fn is_left_half(&self, film: [f64; 2], [dx, _, dz]: [f64; 3]) -> bool {
-        let [x, _, z] = self.film_pose.film_point(film);
+    pub fn is_left_half(&self, film: [f64; 2], towards: [f64; 3]) -> bool {
+        self.is_left_of_axis_in_pupil(self.film_pose.film_point(film), towards)
+    }
+
+    /// Returns the same for a ray from a point in the frame of the lens, z from the plane of the aligned film.
+    fn is_left_of_axis_in_pupil(&self, [x, _, z]: [f64; 3], [dx, _, dz]: [f64; 3]) -> bool {
         let to_pupil = self.film_distance - z - self.paraxial.exit_pupil.position;
         // Position in the pupil over its distance: finite for a telecentric lens too.
         dx / dz + x / to_pupil < 0.0
@@ -33,9 +37,9 @@ impl Camera {
         lens.launch::<R>(samples, columns, &mut LensStats::default());
         let rays = &columns.batch;
         for i in 0..samples.len {
-            let film = [samples.film[0][i], samples.film[1][i]].map(f64::from);
+            let point = [rays.x[i], rays.y[i], rays.z[i]].map(f64::from);
             let towards = [rays.tx[i], rays.ty[i], rays.tz[i]].map(f64::from);
-            samples.left_half[i] = lens.is_left_half(film, towards);
+            samples.left_half[i] = lens.is_left_of_axis_in_pupil(point, towards);
         }
     }
 }

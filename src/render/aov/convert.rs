@@ -18,9 +18,9 @@ pub fn to_camera(layers: &mut [ImageLayer], camera_from_world: &DAffine3) {
     }
 }
 
-/// Converts the layer of albedos from linear sRGB to another space.
-pub fn convert_albedo(layers: &mut [ImageLayer], from_srgb: &DMat3) {
-    for layer in layers.iter_mut().filter(|layer| layer.name == Aov::Albedo.name()) {
+/// Converts the layers of these names from linear sRGB to another space.
+pub fn convert_colours(layers: &mut [ImageLayer], names: &[&str], from_srgb: &DMat3) {
+    for layer in layers.iter_mut().filter(|layer| names.contains(&layer.name.as_str())) {
         convert(layer, |colour| *from_srgb * colour);
     }
 }
@@ -69,9 +69,9 @@ mod tests {
     }
 
     #[test]
-    fn only_albedos_change_their_space() {
+    fn only_the_named_layers_change_their_space() {
         let mut layers = [layer(Aov::Albedo, [[0.5; 3]; 2]), layer(Aov::Normal, [[0.5; 3]; 2])];
-        convert_albedo(&mut layers, &DMat3::from_diagonal(DVec3::new(1.0, 2.0, 0.5)));
+        convert_colours(&mut layers, &["albedo"], &DMat3::from_diagonal(DVec3::new(1.0, 2.0, 0.5)));
         assert_eq!(first(&layers[0]), [0.5, 1.0, 0.25]);
         assert_eq!(layers[1], layer(Aov::Normal, [[0.5; 3]; 2]));
     }

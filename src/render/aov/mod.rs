@@ -10,15 +10,14 @@ mod features;
 mod vignetting;
 
 pub use circle_of_confusion::CircleOfConfusion;
-pub use convert::{convert_albedo, to_camera};
+pub use convert::{convert_colours, to_camera};
+pub(crate) use dual_pixel::{HALVES, half_layers};
 pub use feature_film::FeatureFilm;
 pub(crate) use feature_film::FeatureSums;
 pub use features::TileFeatures;
 pub use vignetting::vignetting;
 
 use std::str::FromStr;
-
-use dual_pixel::dual_pixel;
 
 use crate::film::{FilmSums, Frame};
 use crate::timing::Timing;
@@ -124,7 +123,7 @@ impl Aov {
             Self::Coc => "coc",
             Self::Vignetting => "vignetting",
             Self::Alpha => "alpha",
-            Self::DualPixel => "dual-pixel",
+            Self::DualPixel => "dual_pixel",
         }
     }
 
@@ -174,7 +173,7 @@ pub fn layers(
         (aov, _) => features?.layer(*aov),
     };
     let layers = |aov: &Aov| match aov {
-        Aov::DualPixel => dual_pixel(film, samples).map_or_else(Vec::new, Vec::from),
+        Aov::DualPixel => film.halves(samples).as_ref().map_or_else(Vec::new, half_layers),
         aov => layer(aov).into_iter().collect(),
     };
     request.layers.iter().flat_map(layers).collect()

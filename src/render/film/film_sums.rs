@@ -244,6 +244,14 @@ impl FilmSums {
         })
     }
 
+    /// Returns the pictures of the light that passed the left and the right half of the exit pupil; `None` if
+    /// the film does not know them. Arguments are those of [`Self::picture`].
+    pub fn halves(&self, samples: u32) -> Option<[Picture; 2]> {
+        let left = self.left_half(samples)?;
+        let right = self.picture(samples).minus(&left);
+        Some([left, right])
+    }
+
     /// Returns whether no pixel has received light.
     pub fn is_dark(&self) -> bool {
         self.sums.iter().flatten().all(|&sum| sum <= 0.0)

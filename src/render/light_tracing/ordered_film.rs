@@ -208,7 +208,7 @@ mod tests {
             });
             // Sums of numbers that differ so much depend on their order.
             let light = [2, 3, 7].map(|c| random(c * i) as f32 * 1e-3f32.powi((i % 6) as i32));
-            Splat { pixel: [x, y], set: (i % 64) as u16, left_half: i % 3 == 0, light }
+            Splat { pixel: [x, y], set: (i % 64) as u16, left_half: i.is_multiple_of(3), light }
         };
         (0..random(1) % 9000).map(splat).collect()
     }

@@ -49,7 +49,7 @@ pub use settings::{SensorSettings, WELL_PER_UM2};
 use rayon::prelude::*;
 
 use petzval_image::Picture;
-use readout::Readout;
+use readout::{Photodiode, Readout};
 
 /// The ISO speed at which a full well is white (see the module's documentation).
 pub const BASE_ISO: f64 = 100.0;
@@ -109,16 +109,61 @@ impl Sensor {
     /// With a mosaic, a pixel keeps only the channel of its filter, as grey: red, green and blue
     /// are equal. The result is finite for any input, and within 0 to 1 unless a camera's matrix has
     /// developed it or a code is below black.
-    pub fn read_out(&self, mut picture: Picture, origin: [u32; 2], seed: u32) -> Picture {
-        let width = picture.size[0].max(1);
+    pub fn read_out(&self, picture: Picture, origin: [u32; 2], seed: u32) -> Picture {
         let readout = Readout::new(self, origin, picture.size, seed);
+        self.read_codes(picture, origin, |_, light, pixel, channel| {
+            readout.code(light[channel], pixel, channel as u32)
+        })
+    }
+
+    /// Returns what a sensor with two photodiodes in each photosite records of the light that reaches the left
+    /// and the right ones: the picture of their common charge, and the pictures of both.
+    ///
+    /// The halves are relative to the same white, so that their sum is the picture but for noise of reading.
+    pub fn read_out_halves(
+        &self,
+        [left, right]: [Picture; 2],
+        origin: [u32; 2],
+        seed: u32,
+    ) -> (Picture, [Picture; 2]) {
+        let size = left.size;
+        let readout = Readout::new(self, origin, size, seed);
+        let [of_left, of_right] = [Photodiode::Left, Photodiode::Right]
+            .map(|half| Readout::of_photodiode(half, self, origin, size, seed));
+        let whole = self.read_codes(left.clone(), origin, |i, light, pixel, channel| {
+            let (others, number) = (self.raw(right.pixels[i]), channel as u32);
+            let electrons = of_left.electrons(light[channel], pixel, number)
+                + of_right.electrons(others[channel], pixel, number);
+            readout.code_of(electrons, pixel, number)
+        });
+        let read_half = |half: Picture, readout: &Readout| {
+            self.read_codes(half, origin, |_, light, pixel, channel| {
+                readout.code(light[channel], pixel, channel as u32)
+            })
+        };
+        (whole, [read_half(left, &of_left), read_half(right, &of_right)])
+    }
+
+    /// Returns the light behind the colour filters.
+    fn raw(&self, pixel: [f32; 3]) -> [f32; 3] {
+        self.filters.map_or(pixel, |filters| filters.raw(pixel))
+    }
+
+    /// Returns the picture of the codes of the photosites. `code` gets the index of a pixel, its light behind
+    /// the colour filters, its position in the frame, and a channel.
+    fn read_codes(
+        &self,
+        mut picture: Picture,
+        origin: [u32; 2],
+        code: impl Fn(usize, [f32; 3], [u32; 2], usize) -> u32 + Sync,
+    ) -> Picture {
+        let width = picture.size[0].max(1);
         picture.pixels.par_chunks_mut(width).enumerate().for_each(|(row, pixels)| {
             let y = origin[1] + row as u32;
-            for (x, pixel) in (origin[0]..).zip(pixels) {
-                let light = self.filters.map_or(*pixel, |filters| filters.raw(*pixel));
-                let read = |channel: usize| {
-                    self.value(readout.code(light[channel], [x, y], channel as u32))
-                };
+            for (column, pixel) in pixels.iter_mut().enumerate() {
+                let (i, x) = (row * width + column, origin[0] + column as u32);
+                let light = self.raw(*pixel);
+                let read = |channel: usize| self.value(code(i, light, [x, y], channel));
                 *pixel = match (self.bayer, self.filters) {
                     (Some(bayer), _) => [read(bayer.channel([x, y])); 3],
                     (None, None) => [read(0), read(1), read(2)],

@@ -10,14 +10,14 @@ use super::manifest::{ManifestRow, relative};
 use super::spec::{CleanCamera, DatasetSpec};
 use super::{DatasetError, Draw};
 use petzval_base::io::{FileLog, OutputFile, Outputs, ReadContext, Warning, npy};
-use petzval_image::{DisplayExposure, Note, Notes, Picture};
+use petzval_image::{DisplayExposure, Note, Notes};
 use petzval_lens::{FNumberError, Fidelity, LensModel, on_axis_irradiance};
 use petzval_optics::{Calibration, CalibrationSetup};
 use petzval_render::aov::Aov;
 use petzval_render::job::Job;
 use petzval_render::plan::{Effect, EffectSelection};
 use petzval_render::prepare::{Changes, PrepareError, Prepared, prepare, prepare_draft};
-use petzval_render::{RenderError, RenderOptions, render};
+use petzval_render::{OpticalImage, ReadPicture, RenderError, RenderOptions, render};
 
 use petzval_render::sensor::Sensor;
 use petzval_scene_formats::pbrt::Description;
@@ -210,18 +210,20 @@ pub fn write_pair(
     for (kind, job, file) in
         [("clean", &pair.clean, &clean), ("degraded", &pair.degraded, &degraded_file)]
     {
-        let picture = render_job(job, file, spec, pair, options)?;
+        let image = render_job(job, file, spec, pair, options)?;
         add(kind, file)?;
         if kind == "degraded" {
-            degraded = Some(picture);
+            degraded = Some(image);
         }
     }
-    if let (Some(sensor), Some(picture), Some(file)) = (&pair.sensor, degraded, &raw_file) {
-        let raw = sensor.read_out(picture, pair.degraded.frame.low, pair.degraded.seed);
+    if let (Some(sensor), Some(image), Some(file)) = (&pair.sensor, degraded, &raw_file) {
+        let Job { frame, seed, .. } = &pair.degraded;
+        let ReadPicture { picture: raw, halves } =
+            image.read_out_by(Some(sensor), frame.low, *seed);
         let mut encoding = pair.degraded.encoding(DisplayExposure::default());
         // A half float has fewer codes than most sensors.
         (encoding.half, encoding.space, encoding.grey) = (false, None, sensor.bayer.is_some());
-        raw.write(file, pair.degraded.frame.window(), encoding, &Notes::new())?;
+        raw.write_with_layers(&halves, file, frame.window(), encoding, &Notes::new())?;
         add("raw", file)?;
     }
     let setup = CalibrationSetup::of_camera(&pair.degraded.camera, pair.degraded.frame.resolution);
@@ -249,13 +251,14 @@ fn render_job(
     spec: &DatasetSpec,
     pair: &Pair,
     options: RenderOptions<'_>,
-) -> Result<Picture, DatasetError> {
+) -> Result<OpticalImage, DatasetError> {
     let output = render(job, options)?;
     if output.partial_mean_spp.is_some() {
         return Err(RenderError::Stopped.into());
     }
-    let layers = output.layers(job);
-    let picture = output.into_picture(job);
+    let mut layers = output.layers(job);
+    let image = output.into_optical_image(job);
+    let picture = image.clone().read_out(job).with_layers(job, &mut layers);
     let mut encoding = job.encoding(DisplayExposure::default());
     encoding.half |= spec.half;
     let mut notes: Notes = vec![
@@ -266,7 +269,7 @@ fn render_job(
         notes.extend(pair.notes.iter().cloned());
     }
     picture.write_with_layers(&layers, file, job.frame.window(), encoding, &notes)?;
-    Ok(picture)
+    Ok(image)
 }
 
 /// Returns the manifest's row of a pair.
