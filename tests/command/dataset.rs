@@ -94,6 +94,34 @@ fn halves_add_up(path: &Path, channel: &str) {
     assert!(((left + right) / whole - 1.0).abs() < 0.005, "{left} + {right}, not {whole}");
 }
 
+#[test]
+fn a_sensor_file_stands_beside_the_specification() {
+    let folder = folder();
+    scene(&folder, "");
+    write(&folder, "camera.toml", "well = 5000\nbits = 10\n");
+    let spec = |sensor: &str| {
+        format!(
+            "pairs = 1\nresolution = [16, 12]\nspp = 1\n[draw]\nscene = \"scene.pbrt\"\n[degraded]\nsensor = \
+             \"{sensor}\"\n"
+        )
+    };
+    let (code, _, log) = run(folder.path(), &spec("camera.toml,read=4"), &[]);
+    assert_eq!(code, 0, "{log}");
+    let settings = rows(folder.path())[0]["sensor"]["settings"].to_string();
+    assert!(settings.contains("well=5000,read=4,bits=10"), "{settings}");
+    write(&folder, "camera.toml", "well = 0\n");
+    let (code, _, log) = run(folder.path(), &spec("camera.toml"), &[]);
+    assert!(
+        code == 2 && log.contains("line 7, column 10") && log.contains("camera.toml:1:8: well"),
+        "{log}"
+    );
+    let (code, _, log) = run(folder.path(), &spec("well=x"), &[]);
+    assert!(
+        code == 2 && log.contains("line 7, column 10") && log.contains("well: expected"),
+        "{log}"
+    );
+}
+
 const DRAWN: &str = "
 pairs = 5
 seed = 3

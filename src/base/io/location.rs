@@ -18,6 +18,22 @@ pub struct Location {
     pub column: u32,
 }
 
+impl Location {
+    /// Returns the location of a byte offset in the text of a file.
+    pub fn in_text(file: &Path, text: &str, offset: usize) -> Self {
+        let before = &text.as_bytes()[..offset.min(text.len())];
+        let newline = before.iter().rposition(|&byte| byte == b'\n');
+        let line_start = newline.map_or(0, |newline| newline + 1);
+        // Columns count characters: continuation bytes are left out.
+        let ahead = before[line_start..].iter().filter(|&&byte| byte & 0xc0 != 0x80);
+        Self {
+            file: file.into(),
+            line: 1 + before.iter().filter(|&&byte| byte == b'\n').count() as u32,
+            column: 1 + ahead.count() as u32,
+        }
+    }
+}
+
 impl fmt::Display for Location {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.line {

@@ -217,10 +217,12 @@ pub(in crate::cli) struct PictureArguments {
     pub rolling_shutter: Option<Assignment>,
     /// Simulate the readout of a camera sensor: photon and read noise, full well, quantisation
     ///
-    /// NAME=VALUE, any of iso (default: the scene's; a higher value means less light at the same
-    /// brightness), pixel (pitch, um; default: the film's), well (electrons; 1500 per um^2 of
-    /// pixel), read (electrons; 2.5; or PIXEL/ROW/COLUMN), dark (electrons a second), time (seconds
-    /// of dark current; the shutter's), dsnu (electrons; or PIXEL/ROW/COLUMN), prnu (%; or
+    /// A sensor file NAME.toml, if there is one, then NAME=VALUE, any of iso (default: the scene's; a higher
+    /// value means less light at the same brightness), gain (codes per electron, in place of iso), pixel
+    /// (pitch, um; default: the film's), well (electrons; 1500 per um^2 of pixel), read (electrons; 2.5; or
+    /// PIXEL/ROW/COLUMN), dark (electrons a second, or CURRENT@CELSIUS/KELVIN: at a temperature, and the
+    /// rise that doubles it), temperature (degrees Celsius), time (seconds of dark current; the
+    /// shutter's), dsnu (electrons; or PIXEL/ROW/COLUMN), prnu (%; or
     /// PIXEL/ROW/COLUMN), hot (SHARE/CURRENT), pattern (seed of dsnu, prnu and hot; 0), bits (14),
     /// black (a code; 1/32 of the range), bayer
     #[arg(

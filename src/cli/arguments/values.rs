@@ -90,7 +90,7 @@ pub(in crate::cli) fn limit(text: &str) -> Result<f64, String> {
 
 /// Parses `--sensor`, whose value is optional: the next word may have been meant as something else.
 pub(in crate::cli) fn sensor(text: &str) -> Result<Assignment, String> {
-    setting("sensor")(text).map_err(|problem| match text.contains('=') {
+    setting("sensor")(text).map_err(|problem| match text.contains('=') || text.contains(".toml") {
         true => problem,
         false => format!("{problem}; to give no value, put another option after --sensor"),
     })

@@ -6,7 +6,7 @@ use std::path::Path;
 use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue};
 
-use petzval_base::io::{ReadContext, excerpt, hint};
+use petzval_base::io::{Location, ReadContext, excerpt, hint};
 use petzval_lens::LensError;
 use petzval_spectrum::GlassLibrary;
 
@@ -40,15 +40,11 @@ impl Source<'_> {
         found: impl Into<String>,
         expected: impl Into<String>,
     ) -> LensError {
-        let before = &self.text.as_bytes()[..at.min(self.text.len())];
-        let line_start =
-            before.iter().rposition(|&byte| byte == b'\n').map_or(0, |newline| newline + 1);
-        // Columns count characters: continuation bytes are left out.
-        let ahead = before[line_start..].iter().filter(|&&byte| byte & 0xc0 != 0x80);
+        let Location { line, column, .. } = Location::in_text(self.path, self.text, at);
         LensError::Malformed {
             path: self.path.to_owned(),
-            line: 1 + before.iter().filter(|&&byte| byte == b'\n').count(),
-            column: Some(1 + ahead.count()),
+            line: line as usize,
+            column: Some(column as usize),
             found: found.into(),
             expected: expected.into(),
         }

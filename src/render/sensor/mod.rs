@@ -37,14 +37,16 @@ mod photosite_rng;
 mod poisson;
 mod raw_format;
 mod readout;
+mod sensor_file;
 mod settings;
+mod settings_text;
 
 pub use bayer::Bayer;
 pub use deviations::Components;
 pub use exposure::ev100;
 pub use filters::ColourFilters;
 pub use fixed_pattern::{FixedPattern, HotPixels};
-pub use settings::{SensorSettings, WELL_PER_UM2};
+pub use settings::{DarkCurrent, SensorSettings, WELL_PER_UM2};
 
 use rayon::prelude::*;
 

@@ -5,9 +5,10 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use serde::{Deserialize, Deserializer};
+use toml::Spanned;
 
 use super::DatasetError;
-use petzval_base::io::{FileLog, ReadContext};
+use petzval_base::io::{FileLog, Location, ReadContext};
 use petzval_render::aov::Aov;
 use petzval_render::plan::EffectSelection;
 use petzval_render::prepare::settings::{self, SettingError, SettingValue};
@@ -111,8 +112,11 @@ pub struct DegradedSpec {
     #[serde(default, deserialize_with = "parsed")]
     pub effects: Option<EffectSelection>,
     /// The sensor that reads the picture out, into a file of its own.
-    #[serde(default, deserialize_with = "parsed")]
+    #[serde(skip)]
     pub sensor: Option<SensorSettings>,
+    /// Its text, which may name a file.
+    #[serde(default, rename = "sensor")]
+    sensor_text: Option<Spanned<String>>,
     /// The shutter.
     #[serde(default, deserialize_with = "parsed")]
     pub shutter: Option<ShutterSettings>,
@@ -227,10 +231,17 @@ impl DatasetSpec {
             String::from_utf8(bytes).map_err(|_| problem("expected text in UTF-8".into()))?;
         let mut spec: Self =
             toml::from_str(&text).map_err(|error| problem(error.to_string().trim_end().into()))?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        if let Some(sensor) = spec.degraded.sensor_text.take() {
+            let at = Location::in_text(path, &text, sensor.span().start);
+            let place =
+                |fault: String| problem(format!("line {}, column {}: {fault}", at.line, at.column));
+            let settings = SensorSettings::parse_in(folder, sensor.get_ref());
+            spec.degraded.sensor = Some(settings.map_err(place)?);
+        }
         spec.check().map_err(problem)?;
         let alike = Self { pairs: 0, ..spec.clone() };
         spec.digest = blake3::hash(format!("{alike:?}").as_bytes()).to_hex()[..16].to_owned();
-        let folder = path.parent().unwrap_or(Path::new(""));
         let resolve = |values: &mut DrawnFrom<PathBuf>| match values {
             DrawnFrom::One(path) => *path = folder.join(&*path),
             DrawnFrom::List(paths) => paths.iter_mut().for_each(|path| *path = folder.join(&*path)),

@@ -1,0 +1,339 @@
+//! Text of sensor settings, such as `iso=800,read=3,bits=12`.
+
+use std::fmt;
+use std::path::Path;
+use std::str::FromStr;
+
+use super::{
+    Bayer, Components, DarkCurrent, FixedPattern, HotPixels, Sensor, SensorSettings, sensor_file,
+};
+
+/// Range of the full well (electrons). Beyond it, shot noise is less than a millionth.
+pub(super) const WELLS: [f64; 2] = [1.0, 1e12];
+
+/// Longest exposure (s).
+const MAX_SECONDS: f64 = 1e9;
+
+/// Largest part of the PRNU (%). Beyond it, responses below 0 would be so many that their bound lifts the
+/// mean.
+const MAX_PRNU: f64 = 30.0;
+
+/// Temperatures of sensors (degrees Celsius).
+const TEMPERATURES: [f64; 2] = [-273.15, 500.0];
+
+/// Names of the settings.
+pub(super) const NAMES: [&str; 15] = [
+    "iso",
+    "gain",
+    "pixel",
+    "well",
+    "read",
+    "dark",
+    "temperature",
+    "time",
+    "dsnu",
+    "prnu",
+    "hot",
+    "pattern",
+    "bits",
+    "black",
+    "bayer",
+];
+
+/// Parses a number within bounds.
+fn parse_number(name: &str, text: &str, unit: &str, [low, high]: [f64; 2]) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|number| (low..=high).contains(number));
+    number.ok_or_else(|| format!("{name}: expected {unit} from {low} to {high}, found {text:?}"))
+}
+
+/// Parses one number for photosites, or three between slashes: for photosites, rows and columns.
+fn parse_components(name: &str, text: &str, unit: &str, most: f64) -> Result<Components, String> {
+    let wrong = || {
+        format!(
+            "{name}: expected {unit} from 0 to {most}, or three such numbers PIXEL/ROW/COLUMN, found \
+             {text:?}"
+        )
+    };
+    let parse =
+        |word: &str| parse_number(name, word.trim(), unit, [0.0, most]).map_err(|_| wrong());
+    match text.split('/').collect::<Vec<_>>()[..] {
+        [pixel] => Ok(Components { pixel: parse(pixel)?, ..Components::default() }),
+        [pixel, row, column] => {
+            Ok(Components { pixel: parse(pixel)?, row: parse(row)?, column: parse(column)? })
+        }
+        _ => Err(wrong()),
+    }
+}
+
+/// Parses `SHARE/CURRENT`.
+fn parse_hot_pixels(text: &str) -> Result<HotPixels, String> {
+    let wrong = || {
+        format!(
+            "hot: expected SHARE/CURRENT, a share from 0 to 1 and electrons a second from 0 to {}, found \
+             {text:?}",
+            WELLS[1]
+        )
+    };
+    let (share, current) = text.split_once('/').ok_or_else(wrong)?;
+    let parse =
+        |text: &str, most| parse_number("", text.trim(), "", [0.0, most]).map_err(|_| wrong());
+    Ok(HotPixels { share: parse(share, 1.0)?, dark_current: parse(current, WELLS[1])? })
+}
+
+fn parse_integer(name: &str, text: &str, unit: &str, [low, high]: [u32; 2]) -> Result<u32, String> {
+    let number = text.parse().ok().filter(|number| (low..=high).contains(number));
+    number.ok_or_else(|| format!("{name}: expected {unit} from {low} to {high}, found {text:?}"))
+}
+
+/// Parses `CURRENT`, or `CURRENT@CELSIUS/KELVIN`.
+fn parse_dark_current(text: &str) -> Result<DarkCurrent, String> {
+    let wrong = || {
+        format!(
+            "dark: expected electrons/s from 0 to {}, or CURRENT@CELSIUS/KELVIN with the temperature of that \
+             current and the rise that doubles it, found {text:?}",
+            WELLS[1]
+        )
+    };
+    let parse = |text: &str, [low, high]: [f64; 2]| {
+        parse_number("", text.trim(), "", [low, high]).map_err(|_| wrong())
+    };
+    let (current, reference) = text.split_once('@').unzip();
+    let current = parse(current.unwrap_or(text), [0.0, WELLS[1]])?;
+    let reference = match reference {
+        None => None,
+        Some(reference) => {
+            let (at, doubling) = reference.split_once('/').ok_or_else(wrong)?;
+            Some([parse(at, TEMPERATURES)?, parse(doubling, [0.1, 1000.0])?])
+        }
+    };
+    Ok(DarkCurrent { current, reference })
+}
+
+impl SensorSettings {
+    /// Parses `name=value,name=value`, after the name of a sensor file if there is one, in a folder;
+    /// an empty text is [`SensorSettings::default`].
+    ///
+    /// # Errors
+    /// Returns what is wrong and what is expected, with file, line and column if it is in a file.
+    pub fn parse_in(folder: &Path, text: &str) -> Result<Self, String> {
+        let mut words = text.split(',').map(str::trim).filter(|word| !word.is_empty()).peekable();
+        let file = words.next_if(|word| !word.contains('=') && word.ends_with(".toml"));
+        let mut settings = match file {
+            Some(file) => sensor_file::read(&folder.join(file))?,
+            None => Self::default(),
+        };
+        let mut seen = Vec::new();
+        for word in words {
+            let (name, value) = word.split_once('=').unwrap_or((word, ""));
+            let (name, value) = (name.trim(), value.trim());
+            if !NAMES.contains(&name) {
+                let [names @ .., last] = NAMES;
+                return Err(format!(
+                    "expected NAME=VALUE with {} or {last}, or a file NAME.toml before them, found {word:?}",
+                    names.join(", ")
+                ));
+            }
+            if seen.contains(&name) {
+                return Err(format!("{name} is given twice"));
+            }
+            settings.set(name, value)?;
+            seen.push(name);
+        }
+        settings.check()?;
+        Ok(settings)
+    }
+
+    /// Sets one of [`NAMES`]. Speed and gain replace each other.
+    pub(super) fn set(&mut self, name: &str, value: &str) -> Result<(), String> {
+        match name {
+            "iso" => {
+                self.iso = Some(parse_number(name, value, "a speed", [1.0, 1e7])?);
+                self.gain = None;
+            }
+            "gain" => {
+                self.gain = Some(parse_number(name, value, "codes per electron", [1e-9, 1e6])?);
+                self.iso = None;
+            }
+            "pixel" => self.pixel = Some(parse_number(name, value, "um", [0.1, 1e4])?),
+            "well" => self.well = Some(parse_number(name, value, "electrons", WELLS)?),
+            "read" => self.read = parse_components(name, value, "electrons", 1e6)?,
+            "dark" => self.dark = parse_dark_current(value)?,
+            "temperature" => {
+                let temperature = parse_number(name, value, "degrees Celsius", TEMPERATURES)?;
+                self.temperature = Some(temperature);
+            }
+            "time" => self.time = Some(parse_number(name, value, "seconds", [0.0, MAX_SECONDS])?),
+            "dsnu" => {
+                self.pattern.dark_signal = parse_components(name, value, "electrons", WELLS[1])?;
+            }
+            "prnu" => {
+                let percent = parse_components(name, value, "% of the signal", MAX_PRNU)?;
+                self.pattern.response = percent.scaled(0.01);
+            }
+            "hot" => self.pattern.hot = parse_hot_pixels(value)?,
+            "pattern" => self.pattern.seed = parse_integer(name, value, "a seed", [0, u32::MAX])?,
+            "bits" => self.bits = parse_integer(name, value, "bits", [1, 16])?,
+            "black" => self.black = Some(parse_integer(name, value, "a code", [0, 65534])?),
+            _ if value.is_empty() => self.bayer = Some(Bayer::default()),
+            _ => self.bayer = Some(value.parse()?),
+        }
+        Ok(())
+    }
+
+    /// Checks settings against each other.
+    pub(super) fn check(&self) -> Result<(), String> {
+        let max_code = (1 << self.bits) - 1;
+        if let Some(black) = self.black.filter(|&black| black >= max_code) {
+            return Err(format!(
+                "black={black}: expected less than {max_code}, the last of {} bits",
+                self.bits
+            ));
+        }
+        if let (Some(temperature), None) = (self.temperature, self.dark.reference) {
+            return Err(format!(
+                "temperature={temperature}: expected dark=CURRENT@CELSIUS/KELVIN, a current with its temperature \
+                 and the rise that doubles it, beside it"
+            ));
+        }
+        Ok(())
+    }
+}
+
+impl FromStr for SensorSettings {
+    type Err = String;
+
+    /// Parses settings as [`SensorSettings::parse_in`] does, in the working folder.
+    fn from_str(text: &str) -> Result<Self, String> {
+        Self::parse_in(Path::new(""), text)
+    }
+}
+
+impl fmt::Display for Components {
+    /// Writes one number, or three between slashes.
+    fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { pixel, row, column } = self;
+        match [*row, *column] {
+            [0.0, 0.0] => write!(to, "{pixel}"),
+            _ => write!(to, "{pixel}/{row}/{column}"),
+        }
+    }
+}
+
+impl fmt::Display for Sensor {
+    /// Writes the sensor in the format of [`SensorSettings`].
+    fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            iso, full_well: well, read_noise: read, bits, black_level: black, bayer, ..
+        } = self;
+        write!(to, "iso={iso},well={well:.0},read={read},bits={bits},black={black}")?;
+        let none = Components::default();
+        let FixedPattern { seed, dark_signal, response, hot } = &self.fixed_pattern;
+        if self.dark_current > 0.0 {
+            write!(to, ",dark={}", self.dark_current)?;
+        }
+        if self.dark_current > 0.0 || hot.share > 0.0 {
+            write!(to, ",time={}", self.seconds)?;
+        }
+        if *dark_signal != none {
+            write!(to, ",dsnu={dark_signal}")?;
+        }
+        if *response != none {
+            // Shares times 100 are not quite the decimals that were read.
+            let percent = |share: f64| (share * 1e8).round() / 1e6;
+            let Components { pixel, row, column } = *response;
+            let [pixel, row, column] = [pixel, row, column].map(percent);
+            write!(to, ",prnu={}", Components { pixel, row, column })?;
+        }
+        if hot.share > 0.0 {
+            write!(to, ",hot={}/{}", hot.share, hot.dark_current)?;
+        }
+        if *seed != 0 {
+            write!(to, ",pattern={seed}")?;
+        }
+        match bayer {
+            Some(bayer) => write!(to, ",bayer={bayer}"),
+            None => Ok(()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn display_and_parse_round_trip() {
+        for text in [
+            "iso=1250,well=40000,read=1.25,bits=12,black=64,bayer=gbrg",
+            "iso=100,well=9000,read=1.5/0.25/0,bits=12,black=64,dark=12.5,time=0.5,dsnu=0.8,prnu=0.7/0.1/0.3",
+            "iso=100,well=9000,read=0,bits=10,black=4,time=8,dsnu=1/0/2,hot=0.0001/500,pattern=77",
+        ] {
+            let settings: SensorSettings = text.parse().unwrap();
+            assert_eq!(settings.sensor(100.0, 1.0, 3.0).to_string(), text);
+        }
+    }
+
+    #[test]
+    fn dark_current_doubles_with_each_step_of_temperature() {
+        let sensor = |text: &str| -> Sensor {
+            text.parse::<SensorSettings>().unwrap().sensor(100.0, 1.0, 3.0)
+        };
+        for (temperature, factor) in [("", 1.0), (",temperature=25", 1.0), (",temperature=39", 4.0)]
+        {
+            let found = sensor(&format!("dark=3@25/7,hot=0.1/50{temperature}"));
+            assert!((found.dark_current / (3.0 * factor) - 1.0).abs() < 1e-12, "{found:?}");
+            let hot = found.fixed_pattern.hot.dark_current;
+            assert!((hot / (50.0 * factor) - 1.0).abs() < 1e-12, "{found:?}");
+        }
+        assert!((sensor("dark=3@25/7,temperature=11").dark_current - 0.75).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_gain_is_that_of_the_codes() {
+        let sensor = "gain=0.5,well=20000,bits=12,black=95".parse::<SensorSettings>().unwrap();
+        let sensor = sensor.sensor(400.0, 1.0, 0.0);
+        // 4000 codes span 8000 electrons.
+        assert_eq!([sensor.iso, sensor.white_electrons()], [250.0, 8000.0]);
+    }
+
+    #[test]
+    fn invalid_settings_are_refused_with_a_reason() {
+        for (text, expected) in [
+            (
+                "scene.pbrt",
+                "expected NAME=VALUE with iso, gain, pixel, well, read, dark, temperature, time, dsnu, prnu, hot, \
+                 pattern, bits, black or bayer, or a file NAME.toml before them, found \"scene.pbrt\"",
+            ),
+            ("iso=0", "iso: expected a speed from 1 to 10000000, found \"0\""),
+            ("iso", "found \"\""),
+            ("well=nan", "well: expected electrons"),
+            ("read=-1", "read: expected electrons from 0"),
+            ("read=inf", "read: expected electrons from 0"),
+            ("read=1/2/3/4", "three such numbers PIXEL/ROW/COLUMN, found \"1/2/3/4\""),
+            ("dsnu=1/x", "dsnu: expected electrons from 0 to 1000000000000"),
+            ("prnu=31", "prnu: expected % of the signal from 0 to 30"),
+            ("read=1/2", "three such numbers PIXEL/ROW/COLUMN, found \"1/2\""),
+            ("dark=-1", "dark: expected electrons/s from 0"),
+            ("dark=3@25", "or CURRENT@CELSIUS/KELVIN with the temperature of that current"),
+            ("dark=3@25/0", "found \"3@25/0\""),
+            ("temperature=-300", "temperature: expected degrees Celsius from -273.15 to 500"),
+            ("temperature=40,dark=3", "temperature=40: expected dark=CURRENT@CELSIUS/KELVIN"),
+            ("gain=0", "gain: expected codes per electron"),
+            ("missing.toml", "missing.toml"),
+            ("time=-1", "time: expected seconds from 0"),
+            ("hot=0.1", "hot: expected SHARE/CURRENT"),
+            ("hot=2/10", "hot: expected SHARE/CURRENT, a share from 0 to 1"),
+            ("pattern=-3", "pattern: expected a seed from 0"),
+            ("bits=17", "bits: expected bits from 1 to 16"),
+            ("bits=2.5", "bits: expected bits from 1 to 16"),
+            ("bits=8,black=255", "expected less than 255, the last of 8 bits"),
+            ("black=5000,bits=12", "expected less than 4095"),
+            ("bayer=rgb", "expected rggb, bggr, grbg or gbrg, found \"rgb\""),
+            ("iso=100,iso=200", "iso is given twice"),
+        ] {
+            let said = text.parse::<SensorSettings>().expect_err(text);
+            assert!(said.contains(expected), "{text}: {said}");
+        }
+        assert_eq!("".parse(), Ok(SensorSettings::default()));
+    }
+}
