@@ -191,7 +191,7 @@ fn raw_file(criterion: &mut Criterion) {
     group.sample_size(10);
     group.bench_function("12 megapixels", |bencher| {
         let write = |picture| {
-            let raw = OpticalImage { picture, left_half: None }.read_out(&job).picture;
+            let raw = OpticalImage::from(picture).read_out(&job).picture;
             raw.write(&file, job.frame.window(), encoding, &Vec::new()).expect("a file");
         };
         bencher.iter_batched(|| picture.clone(), write, BatchSize::PerIteration);

@@ -181,14 +181,6 @@ fn qoi_transfer(path: &Path) -> Result<Transfer, ImageError> {
 }
 
 impl Picture {
-    /// Returns the difference of two pictures of the same size.
-    #[must_use]
-    pub fn minus(&self, other: &Self) -> Self {
-        let pixels = self.pixels.iter().zip(&other.pixels);
-        let pixels = pixels.map(|(a, b)| [0, 1, 2].map(|c| a[c] - b[c])).collect();
-        Self { size: self.size, pixels }
-    }
-
     /// Reads a picture. Signals of formats for display are decoded from sRGB. EXR files with
     /// `chromaticities` are converted to sRGB, with the same X, Y and Z.
     ///

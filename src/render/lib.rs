@@ -144,8 +144,8 @@ impl RenderOutput {
     /// and read out by the sensor if there is one.
     pub fn picture(&self, job: &Job) -> Picture {
         let samples = job.samples.end - job.samples.start;
-        let (picture, left_half) = (self.film.picture(samples), self.film.left_half(samples));
-        OpticalImage::new(picture, left_half, job).read_out(job).picture
+        let image = OpticalImage::of_film(&self.film, samples);
+        image.diffracted(job).read_out(job).picture
     }
 
     /// Returns the same as [`RenderOutput::picture`], in less memory.
@@ -153,11 +153,11 @@ impl RenderOutput {
         self.into_optical_image(job).read_out(job).picture
     }
 
-    /// Returns the picture of this job and its layers: as [`RenderOutput::layers`], but those of a dual pixel
-    /// are spread and read out as the picture is.
+    /// Returns the picture of this job and all its layers: those of [`RenderOutput::layers`], and those of a dual
+    /// pixel, which are spread and read out as the picture is.
     pub fn into_picture_with_layers(self, job: &Job) -> (Picture, Vec<ImageLayer>) {
         let mut layers = self.layers(job);
-        let picture = self.into_optical_image(job).read_out(job).with_layers(job, &mut layers);
+        let picture = self.into_optical_image(job).read_out(job).into_picture(job, &mut layers);
         (picture, layers)
     }
 
@@ -166,13 +166,11 @@ impl RenderOutput {
     pub fn into_optical_image(self, job: &Job) -> OpticalImage {
         let Self { film, features, .. } = self;
         drop(features);
-        let samples = job.samples.end - job.samples.start;
-        let left_half = film.left_half(samples);
-        OpticalImage::new(film.into_picture(samples), left_half, job)
+        OpticalImage::from_film(film, job.samples.end - job.samples.start).diffracted(job)
     }
 
     /// Returns the layers of this job, and that of the spectra of a spectral film. They describe the light
-    /// on the film, before diffraction and sensor.
+    /// on the film, before diffraction and sensor. Those of a dual pixel come with the picture that is read out.
     pub fn layers(&self, job: &Job) -> Vec<ImageLayer> {
         let samples = job.samples.end - job.samples.start;
         let request = job.layer_request();

@@ -107,11 +107,15 @@ impl Estimate {
             let [layers, picture] = [("layers", layers), ("picture", PICTURE_BYTES * pixels)];
             // Variance is computed for all channels at once.
             let variance = if squares { PICTURE_BYTES * pixels } else { 0 };
+            // The light of one half of the pupil; both halves are read out, and become layers.
+            let halves = if extra.left_half { PICTURE_BYTES * pixels } else { 0 };
             let developed = [("film", film), ("features", features), ("variance", variance)];
-            phases.push(developed.into_iter().chain([layers]).collect());
+            let left_half = ("half of the pupil", halves);
+            phases.push(developed.into_iter().chain([layers, left_half]).collect());
             if job.plan.has(Effect::Diffraction) {
                 let spread = Diffraction::bytes(job.frame.size().map(|n| n as usize));
-                phases.push(vec![picture, layers, ("diffraction", spread)]);
+                let halves = ("halves of the pupil", 2 * halves);
+                phases.push(vec![picture, layers, halves, ("diffraction", spread)]);
             }
             let writer = match format {
                 ImageFormat::Exr => {
@@ -125,6 +129,7 @@ impl Estimate {
                 // A PNG may have either.
                 _ => ENCODED_BYTES[1] * pixels,
             };
+            phases.push(vec![picture, layers, ("halves of the pupil", 3 * halves)]);
             phases.push(vec![picture, layers, ("writing", writer)]);
         }
         let sum = |parts: &[(_, u64)]| parts.iter().map(|(_, bytes)| bytes).sum::<u64>();

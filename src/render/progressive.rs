@@ -9,7 +9,7 @@ use super::splat_accumulator::SplatAccumulator;
 use super::uniform::PASS_SAMPLES;
 use super::wave::{Wave, WorkItem};
 use super::{OpticalImage, Progress, RenderError};
-use crate::film::{FilmSums, Tile, TileSums};
+use crate::film::{ExtraChannels, FilmSums, Tile, TileSums};
 use crate::job::Job;
 use petzval_base::lanes::f32x8;
 use petzval_base::rays::ColumnPool;
@@ -47,19 +47,34 @@ impl<'a> ProgressiveRender<'a> {
             job,
             waves: ColumnPool::default(),
             pool,
-            pass: tiles.iter().map(TileSums::new).collect(),
+            pass: Self::new_pass(job, &tiles),
             tiles,
-            film: FilmSums::new(job.frame),
+            film: FilmSums::new(job.frame).with_extra(&Self::extra_channels(job)),
             splats: SplatAccumulator::new(job),
             samples: 0,
         })
+    }
+
+    /// Returns the channels that the picture depends on: a sensor reads both halves of the pupil, if they are recorded.
+    fn extra_channels(job: &Job) -> ExtraChannels {
+        match job.records_halves() {
+            true => job.extra_channels(),
+            false => ExtraChannels::default(),
+        }
+    }
+
+    /// Returns the sums of a pass without samples.
+    fn new_pass(job: &Job, tiles: &[Tile]) -> Vec<TileSums> {
+        let channels = Self::extra_channels(job);
+        tiles.iter().map(|tile| TileSums::new(tile).with_extra(&channels)).collect()
     }
 
     /// Returns the memory of the pixels of a job besides its film (bytes): the sums of a pass and their
     /// errors, and a copy of the film from which a picture is made.
     pub fn bytes(job: &Job) -> u64 {
         let pixels: u64 = job.frame.size().map(u64::from).iter().product();
-        3 * pixels * FilmSums::bytes_per_pixel(false)
+        let extra = (Self::extra_channels(job).count() * size_of::<f64>()) as u64;
+        3 * pixels * (FilmSums::bytes_per_pixel(false) + extra)
     }
 
     /// Returns the number of samples that every pixel has taken.
@@ -106,7 +121,7 @@ impl<'a> ProgressiveRender<'a> {
         self.samples = end;
         if end.is_multiple_of(PASS_SAMPLES) {
             self.film = self.film_with_pass();
-            self.pass = self.tiles.iter().map(TileSums::new).collect();
+            self.pass = Self::new_pass(self.job, &self.tiles);
         }
         Ok(self)
     }
@@ -116,8 +131,7 @@ impl<'a> ProgressiveRender<'a> {
     pub fn picture(&self) -> Picture {
         let mut film = self.film_with_pass();
         self.splats.add_scaled_to(&mut film, 1.0);
-        let picture = film.into_picture(self.samples);
-        OpticalImage { picture, left_half: None }.read_out(self.job).picture
+        OpticalImage::from_film(film, self.samples).read_out(self.job).picture
     }
 
     /// Returns the film of complete passes with the samples of the current one.

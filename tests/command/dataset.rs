@@ -88,7 +88,7 @@ fn halves_add_up(path: &Path, channel: &str) {
         let unsaturated = values.iter().zip(&whole).filter(|(_, whole)| **whole < 0.9);
         unsaturated.map(|(value, _)| value).sum::<f64>() / whole.len() as f64
     };
-    let [left, right] = ["left.G", "right.G"].map(|name| mean(&values(name)));
+    let [left, right] = ["left", "right"].map(|half| mean(&values(&format!("{half}.{channel}"))));
     let whole = mean(&whole);
     assert!(left > 0.3 * whole && right > 0.3 * whole, "{left} {right} {whole}");
     assert!(((left + right) / whole - 1.0).abs() < 0.005, "{left} + {right}, not {whole}");

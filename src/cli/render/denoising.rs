@@ -56,11 +56,11 @@ impl Denoising<'_> {
         image: OpticalImage,
         layers: &[ImageLayer],
         job: &Job,
-    ) -> Result<(ReadPicture, Picture), (DenoiseError, Picture)> {
+    ) -> Result<(ReadPicture, Picture), (DenoiseError, ReadPicture)> {
         let layer = |aov: Aov| layers.iter().find(|layer| layer.name == aov.name());
         let clean = match GUIDES.map(layer) {
             [Some(albedo), Some(normal)] => {
-                self.denoiser.run(&image.picture, &Guides { albedo, normal }, self.stop)
+                self.denoiser.run(image.picture(), &Guides { albedo, normal }, self.stop)
             }
             _ => Err(DenoiseError::Failed("there are no layers albedo and normal".to_owned())),
         };
@@ -68,7 +68,7 @@ impl Denoising<'_> {
             Ok(clean) => {
                 Ok((image.clone().with_picture(clean).read_out(job), image.read_out(job).picture))
             }
-            Err(error) => Err((error, image.read_out(job).picture)),
+            Err(error) => Err((error, image.read_out(job))),
         }
     }
 }
@@ -119,6 +119,9 @@ pub(in crate::cli) fn bytes(job: &Job, holds_layers: bool) -> u64 {
     // second picture and its layer.
     const PIXEL: u64 = 4 * 12;
     const LAYERS: u64 = 2 * 12;
+    // A copy of the light of the left half.
+    const HALF: u64 = 12;
     let pixels = job.frame.size().map(u64::from).iter().product::<u64>();
-    pixels * (PIXEL + if holds_layers { 0 } else { LAYERS })
+    let half = if job.records_halves() { HALF } else { 0 };
+    pixels * (PIXEL + half + if holds_layers { 0 } else { LAYERS })
 }

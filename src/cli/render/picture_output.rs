@@ -88,6 +88,7 @@ impl PictureOutput<'_> {
                     Ok(pictures) => pictures,
                     Err((cause, noisy)) => {
                         noisy
+                            .into_picture(job, &mut layers)
                             .write_with_layers(&layers, &undenoised, window, encoding, &notes)
                             .inspect_err(|_| say!("petzval: {cause}"))?;
                         return Err(
@@ -105,7 +106,7 @@ impl PictureOutput<'_> {
                 clean
             }
         };
-        let picture = reading.with_layers(job, &mut layers);
+        let picture = reading.into_picture(job, &mut layers);
         layers.retain(|layer| {
             format.holds(&layer.name) && hidden.iter().all(|aov| aov.name() != layer.name)
         });

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use petzval_render::prepare::Changes;
+use petzval_render::sensor::SensorSettings;
 use petzval_scene_formats::pbrt::Description;
 use serde_json::{Map, Value};
 
@@ -15,7 +16,8 @@ const SIDE: f64 = 1280.0;
 /// Longest value of an option that the page sets (bytes).
 const MAX_VALUE: usize = 1000;
 
-/// Options that the page sets. None of them reads a file but `lens`, which the lens drawer checks.
+/// Options that the page sets. None of them reads a file but `lens`, which the lens drawer checks, and `sensor`,
+/// whose file is that of the command line.
 const SETTABLE: [&str; 15] = [
     "assume-vd",
     "coating",
@@ -41,6 +43,8 @@ pub(super) struct ViewSettings {
     words: Vec<String>,
     /// The options and their values; flags have none.
     options: Vec<(String, Option<String>)>,
+    /// The sensor file of the command line.
+    sensor_file: Option<String>,
 }
 
 impl ViewSettings {
@@ -57,7 +61,10 @@ impl ViewSettings {
             Some((name, value)) => (name.to_owned(), Some(value.to_owned())),
             None => (word[2..].to_owned(), None),
         };
-        let mut settings = Self { words, options: options.into_iter().map(split).collect() };
+        let options = options.into_iter().map(split).collect();
+        let mut settings = Self { words, options, sensor_file: None };
+        let file = settings.value("sensor").and_then(SensorSettings::file_name);
+        settings.sensor_file = file.map(str::to_owned);
         if settings.value("resolution").is_none() {
             let size = description.film.resolution.map(f64::from);
             let scale = (SIDE / size[0].max(size[1])).min(1.0);
@@ -79,7 +86,11 @@ impl ViewSettings {
                 Value::Null | Value::Bool(false) => changed.remove(name),
                 Value::Bool(true) => changed.put(name, None),
                 Value::String(value) if value.len() <= MAX_VALUE => {
-                    changed.put(name, Some(value.clone()));
+                    let value = match name.as_str() {
+                        "sensor" => self.sensor(value)?,
+                        _ => value.clone(),
+                    };
+                    changed.put(name, Some(value));
                 }
                 _ => return Err(format!("--{name}: expected a short text")),
             }
@@ -87,6 +98,18 @@ impl ViewSettings {
         changed.changes()?;
         *self = changed;
         Ok(())
+    }
+
+    /// Returns the sensor that the page asks for, after the file of the command line.
+    fn sensor(&self, asked: &str) -> Result<String, String> {
+        let known = self.sensor_file.as_deref();
+        match SensorSettings::file_name(asked) {
+            Some(file) if known != Some(file) => {
+                Err(format!("{file} is not the sensor file of the command line"))
+            }
+            Some(_) => Ok(asked.to_owned()),
+            None => Ok(known.into_iter().chain([asked]).collect::<Vec<_>>().join(",")),
+        }
     }
 
     /// Returns the value of an option that is given.
@@ -162,5 +185,27 @@ impl ViewSettings {
             None => Value::Bool(true),
         };
         self.options.iter().map(|(name, text)| (name.clone(), value(text))).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_page_names_no_sensor_file_but_that_of_the_command_line() {
+        let settings = |file: Option<&str>| ViewSettings {
+            words: Vec::new(),
+            options: Vec::new(),
+            sensor_file: file.map(str::to_owned),
+        };
+        let (with, without) = (settings(Some("camera.toml")), settings(None));
+        assert_eq!(with.sensor("iso=400").as_deref(), Ok("camera.toml,iso=400"));
+        assert_eq!(with.sensor("camera.toml,iso=400").as_deref(), Ok("camera.toml,iso=400"));
+        assert_eq!(without.sensor("iso=400").as_deref(), Ok("iso=400"));
+        for settings in [with, without] {
+            let refused = settings.sensor(" /etc/secret.toml,iso=9").expect_err("a file");
+            assert!(refused.starts_with("/etc/secret.toml is not the sensor file"), "{refused}");
+        }
     }
 }

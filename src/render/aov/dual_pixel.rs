@@ -6,11 +6,15 @@ use petzval_image::{ImageLayer, Picture};
 /// Names of the layers.
 pub(crate) const HALVES: [&str; 2] = ["left", "right"];
 
-/// Returns the layers `left` and `right` of the pictures of both halves of the exit pupil.
-pub(crate) fn half_layers(halves: &[Picture; 2]) -> Vec<ImageLayer> {
-    HALVES
-        .into_iter()
-        .zip(halves)
-        .map(|(name, picture)| colour_layer(name, &picture.pixels))
-        .collect()
+/// Returns the layers `left` and `right` of the pictures of both halves of the exit pupil. Mosaics have one channel.
+pub(crate) fn half_layers(halves: &[Picture; 2], mosaic: bool) -> Vec<ImageLayer> {
+    let layer = |(name, picture): (&str, &Picture)| {
+        let mut layer = colour_layer(name, &picture.pixels);
+        if mosaic {
+            layer.channels.truncate(1);
+            "Y".clone_into(&mut layer.channels[0].0);
+        }
+        layer
+    };
+    HALVES.into_iter().zip(halves).map(layer).collect()
 }

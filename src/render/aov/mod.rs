@@ -158,7 +158,8 @@ pub fn channels(request: &LayerRequest<'_>) -> usize {
     request.layers.iter().map(channels).sum()
 }
 
-/// Returns the requested layers of a finished render.
+/// Returns the requested layers of a finished render, without those of a dual pixel, which are read out with the
+/// picture.
 pub fn layers(
     request: &LayerRequest<'_>,
     samples: u32,
@@ -172,11 +173,7 @@ pub fn layers(
         (Aov::Variance, _) => Some(colour_layer("variance", &film.variance(samples)?)),
         (aov, _) => features?.layer(*aov),
     };
-    let layers = |aov: &Aov| match aov {
-        Aov::DualPixel => film.halves(samples).as_ref().map_or_else(Vec::new, half_layers),
-        aov => layer(aov).into_iter().collect(),
-    };
-    request.layers.iter().flat_map(layers).collect()
+    request.layers.iter().filter_map(layer).collect()
 }
 
 /// Returns a layer of red, green and blue, with a value for each pixel.

@@ -14,7 +14,7 @@ pub struct ExtraChannels {
     /// Buckets of wavelength, if paths carry spectra. They receive the light that reaches the film, whatever
     /// the sensor and its white balance are.
     pub buckets: Option<Arc<BucketShares>>,
-    /// Whether the film knows the colours of the light through the left half of the exit pupil.
+    /// Whether the film records the colours of the light through the left half of the exit pupil.
     pub left_half: bool,
 }
 
@@ -29,7 +29,7 @@ impl ExtraChannels {
         self.buckets.as_ref().map_or(0, |shares| shares.buckets().count())
     }
 
-    /// Calls `add` with channels and the light that they receive of some light at the wavelengths of a set.
+    /// Distributes light at the wavelengths of a set over the buckets: calls `add` with each and its part.
     #[inline(always)]
     fn spread(&self, set: usize, light: [f64; 3], add: impl FnMut(usize, f64)) {
         if let Some(shares) = &self.buckets {

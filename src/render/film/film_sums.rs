@@ -232,8 +232,8 @@ impl FilmSums {
     }
 
     /// Returns the picture of the light that passed the left half of the exit pupil; `None` if the film does
-    /// not know it. `samples` is the number of samples of each pixel; a film of means ignores it.
-    pub fn left_half(&self, samples: u32) -> Option<Picture> {
+    /// not record it. `samples` is the number of samples of each pixel; a film of means ignores it.
+    pub(crate) fn left_half(&self, samples: u32) -> Option<Picture> {
         let channels = self.extra.channels();
         let mean = self.mean(samples);
         let first = channels.bucket_count();
@@ -242,14 +242,6 @@ impl FilmSums {
             size: self.frame.size().map(|n| n as usize),
             pixels: self.extra.sums().chunks_exact(channels.count()).map(pixel).collect(),
         })
-    }
-
-    /// Returns the pictures of the light that passed the left and the right half of the exit pupil; `None` if
-    /// the film does not know them. Arguments are those of [`Self::picture`].
-    pub fn halves(&self, samples: u32) -> Option<[Picture; 2]> {
-        let left = self.left_half(samples)?;
-        let right = self.picture(samples).minus(&left);
-        Some([left, right])
     }
 
     /// Returns whether no pixel has received light.

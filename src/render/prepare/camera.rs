@@ -226,7 +226,8 @@ impl CameraInput<'_> {
         report.number("expTime", time);
         // pbrt-v2's camera has no shutter.
         if time > 0.0 {
-            let ev = ev100(f_number, time * self.efficiency, changes.iso(film));
+            let pitch = 1e3 * film_size[0] / x;
+            let ev = ev100(f_number, time * self.efficiency, changes.iso(film, pitch));
             report.number("exposureValue", ev);
         }
         Ok(CameraSetup {

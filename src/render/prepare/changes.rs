@@ -101,9 +101,9 @@ impl Changes {
         Ok(shutter)
     }
 
-    /// Returns the ISO speed of the picture.
-    pub(super) fn iso(&self, film: &FilmSpec) -> f64 {
-        self.sensor.and_then(|sensor| sensor.iso).unwrap_or(film.iso)
+    /// Returns the ISO speed of the picture, given the pixel pitch of its film (um).
+    pub(super) fn iso(&self, film: &FilmSpec, pitch: f64) -> f64 {
+        self.sensor.map_or(film.iso, |sensor| sensor.sensor(film.iso, pitch, 0.0).iso)
     }
 
     /// Returns a setting that is given and needs a real lens, as messages name it.

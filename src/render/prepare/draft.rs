@@ -81,7 +81,7 @@ pub(super) fn draft(
             report.text("sensorToXYZ", numbers(filters.xyz_from_raw().as_flattened()));
         }
     }
-    report.number("isoSpeed", changes.iso(&film));
+    report.number("isoSpeed", changes.iso(&film, pitch));
     report.number("filmWidth", film_size[0]);
     report.number("filmHeight", film_size[1]);
     if uniform {

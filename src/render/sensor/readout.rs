@@ -60,7 +60,7 @@ impl<'a> Readout<'a> {
         self.code_with(electrons, &pattern, pixel, &mut rng)
     }
 
-    /// Returns the electrons of a photosite that receives `value`: those of which [`Self::code`] reads.
+    /// Returns the electrons of a photosite that receives `value`, the same as [`Self::code`] draws.
     pub fn electrons(&self, value: f32, pixel: [u32; 2], channel: u32) -> f64 {
         let mut rng = PhotositeRng::new(pixel, channel, self.seed);
         self.electrons_with(value, &self.pattern_at(pixel, channel), &mut rng)

@@ -12,7 +12,7 @@
 use std::path::Path;
 
 use super::SensorSettings;
-use super::settings_text::NAMES;
+use super::settings_text::{NAMES, check_names};
 use petzval_base::io::{Location, ReadContext, excerpt, hint};
 use toml::de::{DeTable, DeValue};
 
@@ -38,7 +38,7 @@ pub(super) fn read(path: &Path) -> Result<SensorSettings, String> {
     let mut entries: Vec<_> = table.get_ref().iter().collect();
     entries.sort_by_key(|(key, _)| key.span().start);
     let mut settings = SensorSettings::default();
-    for (key, value) in entries {
+    for (key, value) in &entries {
         let (name, offset) = (key.get_ref().as_ref(), key.span().start);
         if NOTES.contains(&name) {
             continue;
@@ -55,20 +55,31 @@ pub(super) fn read(path: &Path) -> Result<SensorSettings, String> {
         })?;
         settings.set(name, &words).map_err(|problem| at(offset, problem))?;
     }
-    settings.check().map_err(|problem| format!("{}: {problem}", path.display()))?;
+    let names: Vec<&str> = entries.iter().map(|(key, _)| key.get_ref().as_ref()).collect();
+    check_names(&names).map_err(|problem| format!("{}: {problem}", path.display()))?;
+    settings.check().map_err(|(name, problem)| {
+        let value = entries.iter().find(|(key, _)| key.get_ref() == name);
+        at(value.map_or(0, |(_, value)| value.span().start), problem)
+    })?;
     Ok(settings)
 }
 
 /// Returns a value as the text of a setting, lists with slashes; `None` if it is none.
 fn words(value: &DeValue) -> Option<String> {
     match value {
-        DeValue::Integer(number) => Some(number.as_str().to_owned()),
-        DeValue::Float(number) => Some(number.as_str().to_owned()),
-        DeValue::String(text) => Some(text.to_string()),
         DeValue::Array(values) => {
-            let words = values.iter().map(|value| words(value.get_ref()));
+            let words = values.iter().map(|value| word(value.get_ref()));
             words.collect::<Option<Vec<_>>>().map(|words| words.join("/"))
         }
+        value => word(value),
+    }
+}
+
+fn word(value: &DeValue) -> Option<String> {
+    match value {
+        DeValue::Integer(number) if number.radix() == 10 => Some(number.as_str().to_owned()),
+        DeValue::Float(number) => Some(number.as_str().to_owned()),
+        DeValue::String(text) => Some(text.to_string()),
         _ => None,
     }
 }
@@ -129,13 +140,16 @@ bayer = \"gbrg\"
             ),
             (
                 "bayer = \"rgb\"",
-                "camera.toml:1:9: expected rggb, bggr, grbg or gbrg, found \"rgb\"",
+                "camera.toml:1:9: bayer: expected rggb, bggr, grbg or gbrg, found \"rgb\"",
             ),
-            ("bits = 8\nblack = 300", "camera.toml: black=300: expected less than 255"),
+            ("bits = 8\nblack = 300", "camera.toml:2:9: black=300: expected less than 255"),
             (
                 "temperature = 30",
-                "camera.toml: temperature=30: expected dark=CURRENT@CELSIUS/KELVIN",
+                "camera.toml:1:15: temperature=30: expected dark=CURRENT@CELSIUS/KELVIN",
             ),
+            ("iso = 200\ngain = 1", "camera.toml: iso and gain are both given"),
+            ("bits = 0x10", "camera.toml:1:8: bits: expected a number"),
+            ("read = [[1, 2], 3]", "camera.toml:1:8: read: expected a number, a text or a list"),
             ("bits = ", "camera.toml:1:"),
             ("[pixel]", "camera.toml:1:"),
         ] {
@@ -144,6 +158,8 @@ bayer = \"gbrg\"
         }
         let found = settings("other.toml", FILE).expect_err("no file");
         assert!(found.contains("other.toml"), "{found}");
+        let mixed = settings("camera.toml,dark=5", FILE).expect_err("no reference");
+        assert!(mixed.starts_with("camera.toml: temperature=32"), "{mixed}");
         let late = settings("iso=100,camera.toml", FILE).expect_err("the order");
         assert!(late.contains("or a file NAME.toml before them, found \"camera.toml\""), "{late}");
     }

@@ -1,6 +1,6 @@
 //! Settings of a sensor, and the sensor of a film that they give.
 
-use super::settings_text::WELLS;
+use super::settings_text::{SPEEDS, WELLS};
 use super::{BASE_ISO, Bayer, Components, FixedPattern, Sensor};
 
 /// Electrons that a full well holds, per um^2 of the pixel.
@@ -22,7 +22,7 @@ pub struct DarkCurrent {
 impl DarkCurrent {
     /// Returns the factor from the current at the reference temperature to that at another (degrees Celsius):
     /// 2^((T - T_ref) / T_d), equation 11 of EMVA 1288 (release 3.1, 2016).
-    fn factor(&self, temperature: Option<f64>) -> f64 {
+    pub(super) fn factor(&self, temperature: Option<f64>) -> f64 {
         let at = self.reference.zip(temperature);
         at.map_or(1.0, |([reference, doubling], at)| ((at - reference) / doubling).exp2())
     }
@@ -86,7 +86,8 @@ impl SensorSettings {
         let well = self.well.unwrap_or(WELL_PER_UM2 * pitch * pitch).clamp(WELLS[0], WELLS[1]);
         let black_level = self.black.unwrap_or((1 << self.bits) / 32);
         let codes = f64::from((1 << self.bits) - 1 - black_level);
-        let iso_of_gain = self.gain.map(|gain| BASE_ISO * well * gain / codes);
+        let iso_of_gain =
+            self.gain.map(|gain| (BASE_ISO * well * gain / codes).clamp(SPEEDS[0], SPEEDS[1]));
         let warming = self.dark.factor(self.temperature);
         let mut fixed_pattern = self.pattern;
         fixed_pattern.hot.dark_current *= warming;

@@ -11,6 +11,9 @@ use super::{
 /// Range of the full well (electrons). Beyond it, shot noise is less than a millionth.
 pub(super) const WELLS: [f64; 2] = [1.0, 1e12];
 
+/// Range of the ISO speed.
+pub(super) const SPEEDS: [f64; 2] = [1.0, 1e7];
+
 /// Longest exposure (s).
 const MAX_SECONDS: f64 = 1e9;
 
@@ -109,15 +112,28 @@ fn parse_dark_current(text: &str) -> Result<DarkCurrent, String> {
     Ok(DarkCurrent { current, reference })
 }
 
+/// Returns the words of settings.
+fn words(text: &str) -> impl Iterator<Item = &str> {
+    text.split(',').map(str::trim).filter(|word| !word.is_empty())
+}
+
 impl SensorSettings {
+    /// Returns the name of the sensor file that settings begin with, if they do.
+    pub fn file_name(text: &str) -> Option<&str> {
+        words(text).next().filter(|word| !word.contains('=') && word.ends_with(".toml"))
+    }
+
     /// Parses `name=value,name=value`, after the name of a sensor file if there is one, in a folder;
     /// an empty text is [`SensorSettings::default`].
     ///
     /// # Errors
     /// Returns what is wrong and what is expected, with file, line and column if it is in a file.
     pub fn parse_in(folder: &Path, text: &str) -> Result<Self, String> {
-        let mut words = text.split(',').map(str::trim).filter(|word| !word.is_empty()).peekable();
-        let file = words.next_if(|word| !word.contains('=') && word.ends_with(".toml"));
+        let mut words = words(text).peekable();
+        let file = Self::file_name(text);
+        if file.is_some() {
+            words.next();
+        }
         let mut settings = match file {
             Some(file) => sensor_file::read(&folder.join(file))?,
             None => Self::default(),
@@ -139,7 +155,11 @@ impl SensorSettings {
             settings.set(name, value)?;
             seen.push(name);
         }
-        settings.check()?;
+        check_names(&seen)?;
+        settings.check().map_err(|(name, problem)| match (file, seen.contains(&name)) {
+            (Some(file), false) => format!("{file}: {problem}"),
+            _ => problem,
+        })?;
         Ok(settings)
     }
 
@@ -147,7 +167,7 @@ impl SensorSettings {
     pub(super) fn set(&mut self, name: &str, value: &str) -> Result<(), String> {
         match name {
             "iso" => {
-                self.iso = Some(parse_number(name, value, "a speed", [1.0, 1e7])?);
+                self.iso = Some(parse_number(name, value, "a speed", SPEEDS)?);
                 self.gain = None;
             }
             "gain" => {
@@ -174,28 +194,48 @@ impl SensorSettings {
             "pattern" => self.pattern.seed = parse_integer(name, value, "a seed", [0, u32::MAX])?,
             "bits" => self.bits = parse_integer(name, value, "bits", [1, 16])?,
             "black" => self.black = Some(parse_integer(name, value, "a code", [0, 65534])?),
-            _ if value.is_empty() => self.bayer = Some(Bayer::default()),
-            _ => self.bayer = Some(value.parse()?),
+            "bayer" if value.is_empty() => self.bayer = Some(Bayer::default()),
+            "bayer" => {
+                let pattern = value.parse::<Bayer>();
+                self.bayer = Some(pattern.map_err(|problem| format!("bayer: {problem}"))?);
+            }
+            _ => return Err(format!("there is no setting {name:?}")),
         }
         Ok(())
     }
 
-    /// Checks settings against each other.
-    pub(super) fn check(&self) -> Result<(), String> {
+    /// Checks settings against each other. Errors come with the name of the setting at fault.
+    pub(super) fn check(&self) -> Result<(), (&'static str, String)> {
         let max_code = (1 << self.bits) - 1;
         if let Some(black) = self.black.filter(|&black| black >= max_code) {
-            return Err(format!(
-                "black={black}: expected less than {max_code}, the last of {} bits",
-                self.bits
-            ));
+            let bits = self.bits;
+            let problem =
+                format!("black={black}: expected less than {max_code}, the last of {bits} bits");
+            return Err(("black", problem));
         }
-        if let (Some(temperature), None) = (self.temperature, self.dark.reference) {
-            return Err(format!(
-                "temperature={temperature}: expected dark=CURRENT@CELSIUS/KELVIN, a current with its temperature \
-                 and the rise that doubles it, beside it"
-            ));
+        let Some(temperature) = self.temperature else { return Ok(()) };
+        let fault = |problem: &str| {
+            Err(("temperature", format!("temperature={temperature}: expected {problem}")))
+        };
+        if self.dark.reference.is_none() {
+            return fault(
+                "dark=CURRENT@CELSIUS/KELVIN, a current with its temperature and the rise that doubles it, beside it",
+            );
         }
-        Ok(())
+        let factor = self.dark.factor(Some(temperature));
+        let currents = [self.dark.current, self.pattern.hot.dark_current];
+        match currents.iter().all(|current| (0.0..=WELLS[1]).contains(&(factor * current))) {
+            true => Ok(()),
+            false => fault("a temperature with dark currents below 1e12 electrons/s"),
+        }
+    }
+}
+
+/// Checks that no two of these settings, of one file or one text, exclude each other.
+pub(super) fn check_names(names: &[&str]) -> Result<(), String> {
+    match names.contains(&"iso") && names.contains(&"gain") {
+        true => Err("iso and gain are both given; expected one of them".to_owned()),
+        false => Ok(()),
     }
 }
 
@@ -266,6 +306,7 @@ mod tests {
         for text in [
             "iso=1250,well=40000,read=1.25,bits=12,black=64,bayer=gbrg",
             "iso=100,well=9000,read=1.5/0.25/0,bits=12,black=64,dark=12.5,time=0.5,dsnu=0.8,prnu=0.7/0.1/0.3",
+            "iso=1000,well=9000,read=2,bits=12,black=64,dark=40,time=0.5",
             "iso=100,well=9000,read=0,bits=10,black=4,time=8,dsnu=1/0/2,hot=0.0001/500,pattern=77",
         ] {
             let settings: SensorSettings = text.parse().unwrap();
@@ -294,6 +335,10 @@ mod tests {
         let sensor = sensor.sensor(400.0, 1.0, 0.0);
         // 4000 codes span 8000 electrons.
         assert_eq!([sensor.iso, sensor.white_electrons()], [250.0, 8000.0]);
+        let same: SensorSettings = sensor.to_string().parse().unwrap();
+        assert_eq!(same.sensor(100.0, 1.0, 0.0), sensor);
+        let steep = "gain=1e6,well=1e12".parse::<SensorSettings>().unwrap();
+        assert_eq!(steep.sensor(400.0, 1.0, 0.0).iso, 1e7);
     }
 
     #[test]
@@ -319,6 +364,15 @@ mod tests {
             ("temperature=-300", "temperature: expected degrees Celsius from -273.15 to 500"),
             ("temperature=40,dark=3", "temperature=40: expected dark=CURRENT@CELSIUS/KELVIN"),
             ("gain=0", "gain: expected codes per electron"),
+            ("iso=200,gain=1", "iso and gain are both given"),
+            (
+                "dark=1@25/0.1,temperature=500",
+                "temperature=500: expected a temperature with dark currents below",
+            ),
+            (
+                "dark=0@25/0.1,temperature=500",
+                "temperature=500: expected a temperature with dark currents below",
+            ),
             ("missing.toml", "missing.toml"),
             ("time=-1", "time: expected seconds from 0"),
             ("hot=0.1", "hot: expected SHARE/CURRENT"),
@@ -328,7 +382,7 @@ mod tests {
             ("bits=2.5", "bits: expected bits from 1 to 16"),
             ("bits=8,black=255", "expected less than 255, the last of 8 bits"),
             ("black=5000,bits=12", "expected less than 4095"),
-            ("bayer=rgb", "expected rggb, bggr, grbg or gbrg, found \"rgb\""),
+            ("bayer=rgb", "bayer: expected rggb, bggr, grbg or gbrg, found \"rgb\""),
             ("iso=100,iso=200", "iso is given twice"),
         ] {
             let said = text.parse::<SensorSettings>().expect_err(text);

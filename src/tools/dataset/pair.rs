@@ -258,7 +258,7 @@ fn render_job(
     }
     let mut layers = output.layers(job);
     let image = output.into_optical_image(job);
-    let picture = image.clone().read_out(job).with_layers(job, &mut layers);
+    let picture = image.clone().read_out(job).into_picture(job, &mut layers);
     let mut encoding = job.encoding(DisplayExposure::default());
     encoding.half |= spec.half;
     let mut notes: Notes = vec![

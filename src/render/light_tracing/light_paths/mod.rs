@@ -55,7 +55,7 @@ pub struct LightPathInput<'a> {
     pub timing: Option<&'a Timing>,
     /// The limits of path length.
     pub path_limits: PathLimits,
-    /// Whether splats are divided by halves of the exit pupil.
+    /// Whether splats record their half of the exit pupil.
     pub halves: bool,
     /// Whether the camera does not see the light of a sky.
     pub hides_sky: bool,
