@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use petzval_base::io::{ReadContext, path_excerpt};
+use petzval_image::{EncodingOptions, PictureWindow};
 use petzval_lens::RealRayFocus;
-use petzval_tools::charts::{Chart, ChartCamera, ChartKind, ChartView};
+use petzval_tools::charts::{Chart, ChartCamera, ChartKind, ChartView, LeavesSquare};
 
 use super::arguments::argv::{accepted_words, argv, shell_line};
 use super::lens::LensCameraArguments;
@@ -19,7 +20,7 @@ const OF_LENS_FILE: [&str; 4] = ["--zoom", "--wavelengths", "--catalogue", "--ap
 /// Arguments of `petzval chart`.
 #[derive(Debug, clap::Args)]
 pub(super) struct ChartArguments {
-    /// Chart: slanted edges, a grid of dots, or white
+    /// Chart: slanted edges, a grid of dots, white, or dead leaves
     #[arg(value_enum)]
     kind: KindArgument,
     #[command(flatten)]
@@ -37,6 +38,8 @@ enum KindArgument {
     Grid,
     /// White everywhere
     Flat,
+    /// Dead leaves: random detail of all sizes, in a square in the middle; their picture stands beside the scene
+    Leaves,
 }
 
 impl From<KindArgument> for ChartKind {
@@ -45,6 +48,7 @@ impl From<KindArgument> for ChartKind {
             KindArgument::Edges => Self::Edges,
             KindArgument::Grid => Self::Grid,
             KindArgument::Flat => Self::Flat,
+            KindArgument::Leaves => Self::Leaves,
         }
     }
 }
@@ -66,7 +70,14 @@ pub(super) fn run(arguments: &ChartArguments) -> Result<Outcome, Failure> {
         .into());
     }
     let lens = camera.read(&context)?;
-    let file = claim_writable(&camera.file.outputs(&context.files()), output, "-o")?;
+    let outputs = camera.file.outputs(&context.files());
+    let file = claim_writable(&outputs, output, "-o")?;
+    let texture = match kind {
+        KindArgument::Leaves => {
+            Some(claim_writable(&outputs, &output.with_extension("png"), "-o")?)
+        }
+        _ => None,
+    };
     let focused = camera.focused(lens)?;
     let named = |error: &dyn std::fmt::Display| format!("{}: {error}", camera.lens.display());
     let calibration = focused.setup().calibrate_quickly().map_err(|error| named(&error))?;
@@ -77,10 +88,20 @@ pub(super) fn run(arguments: &ChartArguments) -> Result<Outcome, Failure> {
         stop_diameter: focused.lens.rows[focused.lens.stop()].diameter,
         f_number: RealRayFocus::new(&focused.lens).f_number(),
     };
-    let text = chart.scene(&view, &description, &shell_line(&argv()));
+    let texture_name =
+        texture.as_ref().and_then(|file| file.path().file_name()).unwrap_or_default();
+    let texture_name = texture_name.to_string_lossy();
+    let text = chart.scene(&view, &description, &shell_line(&argv()), &texture_name);
     let text = text.map_err(|error| named(&error))?;
     file.write(|file| file.write_all(text.as_bytes()))
         .map_err(|error| format!("cannot write {}: {error}", file.display()))?;
+    if let (Some(file), Some(leaves)) = (&texture, &chart.leaves) {
+        let LeavesSquare { picture, .. } = leaves;
+        let frame = picture.size.map(|n| n as u32);
+        let window = PictureWindow { origin: [0, 0], frame };
+        let encoding = EncodingOptions { grey: true, ..EncodingOptions::default() };
+        picture.write(file, window, encoding, &Vec::new())?;
+    }
     super::print(&next_steps(&chart, output, focused.setup().disperses()))
 }
 
@@ -101,6 +122,13 @@ fn next_steps(chart: &Chart, scene: &Path, disperses: bool) -> String {
     let mut text = line(&render) + "\n";
     if chart.spacing.is_some() {
         text += &(line(&["petzval", "measure", "grid", &picture]) + "\n");
+    }
+    if let Some(LeavesSquare { region: [low, high], .. }) = &chart.leaves {
+        let region = format!("{},{},{},{}", low[0], low[1], high[0], high[1]);
+        let texture = Path::new(&scene).with_extension("png").display().to_string();
+        let words =
+            ["petzval", "measure", "texture", &picture, "--region", &region, "--chart", &texture];
+        text += &(line(&words) + "\n");
     }
     if !chart.edges.is_empty() {
         text += &line(&["petzval", "measure", &picture]);

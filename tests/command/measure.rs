@@ -274,9 +274,9 @@ fn charts_are_rendered_and_measured_by_the_commands_that_they_print() {
         assert_eq!(code, 0, "{words:?}: {stderr}");
         stdout
     };
-    let (flat, edges, grid) =
-        (draw_chart(at, "flat"), draw_chart(at, "edges"), draw_chart(at, "grid"));
-    assert_eq!([flat.len(), edges.len(), grid.len()], [1, 2, 2]);
+    let [flat, edges, grid, leaves] =
+        ["flat", "edges", "grid", "leaves"].map(|kind| draw_chart(at, kind));
+    assert_eq!([flat.len(), edges.len(), grid.len(), leaves.len()], [1, 2, 2, 2]);
     // Options of the lens file are those of the render too, which has the dispersion that lateral colour is.
     let lens = root().join("lenses/double-gauss.50mm.toml").display().to_string();
     let words =
@@ -289,7 +289,7 @@ fn charts_are_rendered_and_measured_by_the_commands_that_they_print() {
     assert_eq!(stdout, render);
     let command: Vec<String> = render.trim().split(' ').map(str::to_owned).collect();
     run(&command, &["--spp", "1", "-q"]);
-    for commands in [&flat, &edges, &grid] {
+    for commands in [&flat, &edges, &grid, &leaves] {
         run(&commands[0], &["--spp", "32", "-q"]);
     }
     let levels = |stdout: &str| -> Vec<f64> {
@@ -311,6 +311,18 @@ fn charts_are_rendered_and_measured_by_the_commands_that_they_print() {
     assert!(spread(&seen) > 1.1 && spread(&divided) < 1.02, "{seen:?} {divided:?}");
     assert!(divided.iter().all(|level| (level - 0.72).abs() < 0.02), "{divided:?}");
 
+    // Pixels of 60 um see what the lens resolves: the response is that of the pixel.
+    let second: Vec<String> =
+        leaves[0].iter().map(|word| word.replace("leaves.exr", "second.exr")).collect();
+    run(&second, &["--spp", "32", "-q", "--seed", "5"]);
+    let text = run(&leaves[1], &["--second", "second.exr", "--csv", "texture.csv"]);
+    let table = std::fs::read_to_string(at.join("texture.csv")).expect("a table");
+    assert_eq!([text.lines().count(), table.lines().count()], [26, 26], "{text}");
+    let last = table.lines().last().expect("a row");
+    let response: f64 =
+        last.split(',').nth(1).expect("a response").trim().parse().expect("a number");
+    assert!(last.starts_with("0.50") && (response - 0.64).abs() < 0.02, "{last}");
+
     let text = run(&grid[1], &["--csv", "dots.csv"]);
     assert!(text.starts_with("187 dots in 17 columns and 11 rows"), "{text}");
     let table = std::fs::read_to_string(at.join("dots.csv")).expect("a table");
@@ -322,6 +334,18 @@ fn charts_are_rendered_and_measured_by_the_commands_that_they_print() {
     for (arguments, expected) in [
         ("measure grid flat.exr", "flat.exr: 0 dark dots, of which 0 x 0 form a grid"),
         ("measure grid gone.exr", "gone.exr"),
+        (
+            "measure texture leaves.exr --region 0,0,999,9 --chart leaves.png",
+            "leaves.exr has 600 x 400 pixels",
+        ),
+        (
+            "measure texture leaves.exr --region 0,0,50,50 --chart leaves.png",
+            "50 x 50 pixels; expected at least 64 x 64",
+        ),
+        (
+            "measure texture leaves.exr --region 0,0,99,99 --chart plain.png",
+            "the chart has 30 x 30 samples",
+        ),
         ("measure grid grid.exr --csv grid.exr", "grid.exr"),
         ("measure edges.exr --edge 0,0,50,50 --flat gone.exr", "gone.exr"),
         (

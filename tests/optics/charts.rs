@@ -64,7 +64,7 @@ fn photograph(
         stop_diameter: lens.rows[lens.stop()].diameter,
         f_number: RealRayFocus::new(&lens).f_number(),
     };
-    let text = chart.scene(&view, &description, "this test").expect("a scene");
+    let text = chart.scene(&view, &description, "this test", "").expect("a scene");
     let folder = folder();
     let description = pbrt::read(&write(&folder, "chart.pbrt", text)).expect("a scene");
     let effects = effects.parse().expect("a selection");

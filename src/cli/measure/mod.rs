@@ -2,6 +2,7 @@
 
 mod grid;
 mod noise;
+mod texture;
 
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -15,6 +16,7 @@ use petzval_image::{Picture, Transfer};
 use petzval_render::prepare::settings;
 use petzval_tools::chart_analysis::{EdgeAxis, EdgeResponse};
 use serde_json::{Value, json};
+use texture::TextureArguments;
 
 use super::arguments::values::{pixel_pitch, typed};
 use super::outputs::claim_writable;
@@ -63,6 +65,8 @@ enum MeasureCommand {
     /// Measure the noise of a sensor from pictures of uniform light (EMVA 1288): gain, read noise, DSNU,
     /// PRNU, full well
     Noise(NoiseArguments),
+    /// Measure the response to texture from a picture of dead leaves
+    Texture(TextureArguments),
 }
 
 /// A channel of a picture.
@@ -94,6 +98,7 @@ pub(super) fn run(arguments: &MeasureArguments) -> Result<Outcome, Failure> {
     match command {
         Some(MeasureCommand::Grid(arguments)) => return grid::run(arguments),
         Some(MeasureCommand::Noise(arguments)) => return noise::run(arguments),
+        Some(MeasureCommand::Texture(arguments)) => return texture::run(arguments),
         None => {}
     }
     let path = picture.as_ref().ok_or("expected the name of a picture")?;

@@ -1,5 +1,6 @@
 //! Test charts as scenes: flat, in the plane in focus of a given camera, and filling its picture.
 
+pub(crate) mod leaves;
 mod patch;
 mod scene_text;
 mod view;
@@ -7,10 +8,17 @@ mod view;
 pub use scene_text::ChartCamera;
 pub use view::{ChartError, ChartView};
 
+use leaves::leaves;
 use patch::{Patch, dots, flat, squares};
+use petzval_image::Picture;
+use view::MIN_LEAVES;
 
 /// Reflectances of the sides of an edge: the contrast of 4:1 of ISO 12233.
 const EDGE_REFLECTANCES: [f64; 2] = [0.18, 0.72];
+
+/// Reflectance about the leaves, and the largest side of their square (pixels).
+const GREY: f64 = 0.18;
+const MAX_LEAVES: u32 = 400;
 
 /// A test chart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,6 +29,17 @@ pub enum ChartKind {
     Grid,
     /// White everywhere.
     Flat,
+    /// Dead leaves: random detail of all sizes, in a square in the middle.
+    Leaves,
+}
+
+/// Leaves in the middle of a chart.
+#[derive(Clone, Debug)]
+pub struct LeavesSquare {
+    /// Reflectances, several for each pixel.
+    pub picture: Picture,
+    /// The pixels that show them: first column and row, and those that no longer do.
+    pub region: [[u32; 2]; 2],
 }
 
 /// A chart in front of a camera.
@@ -32,6 +51,8 @@ pub struct Chart {
     pub edges: Vec<[[u32; 2]; 2]>,
     /// Distance from dot to dot (mm), if there are dots.
     pub spacing: Option<f64>,
+    /// Dead leaves, if the chart has them.
+    pub leaves: Option<LeavesSquare>,
 }
 
 impl Chart {
@@ -41,8 +62,13 @@ impl Chart {
     /// Returns an error if no flat chart can fill it, or if it has too few pixels.
     pub fn new(kind: ChartKind, view: &ChartView<'_>) -> Result<Self, ChartError> {
         let (mut patches, mut edges, mut spacing) = (Vec::new(), Vec::new(), None);
+        let mut square = None;
         match kind {
             ChartKind::Flat => patches.push(flat(view, 1.0)?),
+            ChartKind::Leaves => {
+                patches.push(flat(view, GREY)?);
+                square = Some(leaves_square(view)?);
+            }
             ChartKind::Grid => {
                 patches.push(flat(view, 1.0)?);
                 spacing = Some(dots(view, &mut patches)?);
@@ -53,6 +79,16 @@ impl Chart {
                 edges = squares(view, dark, &mut patches)?;
             }
         }
-        Ok(Self { kind, patches, edges, spacing })
+        Ok(Self { kind, patches, edges, spacing, leaves: square })
     }
+}
+
+/// Draws leaves for a square in the middle of the picture.
+fn leaves_square(view: &ChartView<'_>) -> Result<LeavesSquare, ChartError> {
+    view.check_size(MIN_LEAVES)?;
+    let resolution = view.resolution();
+    let side = (resolution[0].min(resolution[1]) / 2).min(MAX_LEAVES);
+    let low = resolution.map(|n| (n - side) / 2);
+    let region = [low, low.map(|n| n + side)];
+    Ok(LeavesSquare { picture: leaves(side as usize, 0), region })
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::patch::{Patch, PatchShape};
 use super::view::{ChartError, ChartView};
-use super::{Chart, ChartKind};
+use super::{Chart, ChartKind, LeavesSquare};
 
 /// f-number that is lit for where a lens has none.
 const USUAL_F_NUMBER: f64 = 4.0;
@@ -26,7 +26,8 @@ pub struct ChartCamera<'a> {
 }
 
 impl Chart {
-    /// Returns the scene. `command` is the one that made it. The world is in metres, and the film stands at the origin.
+    /// Returns the scene. `command` is the one that made it, and `texture` the name of the picture of the leaves beside
+    /// it. The world is in metres, and the film stands at the origin.
     ///
     /// # Errors
     /// Returns an error if the middle of the picture shows no point of the chart.
@@ -35,6 +36,7 @@ impl Chart {
         view: &ChartView<'_>,
         camera: &ChartCamera<'_>,
         command: &str,
+        texture: &str,
     ) -> Result<String, ChartError> {
         let [width, height] = view.resolution();
         let magnification = view.magnification()?;
@@ -48,6 +50,7 @@ impl Chart {
             ChartKind::Edges => "Slanted edges",
             ChartKind::Grid => "Grid of dots",
             ChartKind::Flat => "White",
+            ChartKind::Leaves => "Dead leaves",
         };
         let command: String =
             command.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
@@ -77,6 +80,23 @@ impl Chart {
             let z = distance * (1.0 - LAYER * f64::from(u8::from(i > 0)));
             write_patch(&mut text, patch, z);
         }
+        if let Some(LeavesSquare { region: [low, high], .. }) = &self.leaves {
+            let [left, top] = low.map(|at| f64::from(at) - 0.5);
+            let [right, bottom] = high.map(|at| f64::from(at) - 0.5);
+            let mut corners = [[0.0; 2]; 4];
+            let pixels = [[left, bottom], [right, bottom], [right, top], [left, top]];
+            for (corner, pixel) in corners.iter_mut().zip(pixels) {
+                *corner = view.chart_point(pixel)?;
+            }
+            let texture = texture.replace('\\', "\\\\").replace('"', "\\\"");
+            let _ = writeln!(
+                text,
+                "\nTexture \"leaves\" \"spectrum\" \"imagemap\" \"string filename\" \"{texture}\" \"string filter\" \"point\"\n\
+                 Material \"diffuse\" \"texture reflectance\" \"leaves\"\n\
+                 {} \"point2 uv\" [0 0 1 0 1 1 0 1]",
+                quad(&corners, distance * (1.0 - LAYER))
+            );
+        }
         Ok(text)
     }
 }
@@ -86,19 +106,19 @@ fn quoted(path: &Path) -> String {
     path.display().to_string().replace('\\', "\\\\").replace('"', "\\\"")
 }
 
+/// Returns the shape of a quadrilateral.
+fn quad(corners: &[[f64; 2]; 4], z: f64) -> String {
+    let points: Vec<String> =
+        corners.iter().map(|[x, y]| format!("{:.9} {:.9} {z:.9}", x * 1e-3, y * 1e-3)).collect();
+    format!(
+        "Shape \"trianglemesh\" \"point3 P\" [{}] \"integer indices\" [0 1 2 0 2 3]",
+        points.join("  ")
+    )
+}
+
 fn write_patch(text: &mut String, patch: &Patch, z: f64) {
     let _ = match &patch.shape {
-        PatchShape::Quad(corners) => {
-            let points: Vec<String> = corners
-                .iter()
-                .map(|[x, y]| format!("{:.9} {:.9} {z:.9}", x * 1e-3, y * 1e-3))
-                .collect();
-            writeln!(
-                text,
-                "Shape \"trianglemesh\" \"point3 P\" [{}] \"integer indices\" [0 1 2 0 2 3]",
-                points.join("  ")
-            )
-        }
+        PatchShape::Quad(corners) => writeln!(text, "{}", quad(corners, z)),
         PatchShape::Disk { centre: [x, y], radius } => writeln!(
             text,
             "AttributeBegin Translate {:.9} {:.9} {z:.9} Shape \"disk\" \"float radius\" {:.9} AttributeEnd",

@@ -7,6 +7,9 @@ pub(super) const MIN_EDGES: u32 = 400;
 /// Least shorter side of a picture with dots (pixels), which are 10 pixels apart then.
 pub(super) const MIN_GRID: u32 = 120;
 
+/// Least shorter side of a picture with leaves (pixels), which take half of it.
+pub(super) const MIN_LEAVES: u32 = 200;
+
 /// Why a chart cannot be drawn.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]

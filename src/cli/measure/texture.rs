@@ -1,0 +1,90 @@
+//! `petzval measure texture`: response to the fine random detail of dead leaves.
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use petzval_base::io::{ReadContext, path_excerpt};
+use petzval_image::{Picture, Transfer};
+use petzval_render::prepare::settings;
+use petzval_tools::chart_analysis::TextureResponse;
+use serde_json::{Value, json};
+
+use super::super::arguments::values::typed;
+use super::super::{Failure, Outcome};
+use super::Channel;
+
+/// Arguments of `petzval measure texture`.
+#[derive(Debug, clap::Args)]
+pub(super) struct TextureArguments {
+    /// Picture: .exr, .hdr, .pfm, .png, .jpg, .tif
+    picture: PathBuf,
+    /// Region that shows the whole square of leaves, in pixels of the file; X1 and Y1 are not included
+    #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = typed(settings::crop))]
+    region: [[u32; 2]; 2],
+    /// Picture of the leaves, as petzval chart leaves writes it beside the scene
+    #[arg(long, value_name = "PICTURE")]
+    chart: PathBuf,
+    /// Picture of the same chart with other noise, as of another --seed: the noise of neither counts as texture then
+    #[arg(long, value_name = "PICTURE")]
+    second: Option<PathBuf>,
+    /// Channel to measure: luminance, red, green or blue
+    #[arg(long, value_enum, default_value_t)]
+    channel: Channel,
+    /// Write the response as a table
+    #[arg(long, value_name = "FILE")]
+    csv: Option<PathBuf>,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+pub(super) fn run(arguments: &TextureArguments) -> Result<Outcome, Failure> {
+    let TextureArguments { picture: path, region, chart, second, channel, csv, json } = arguments;
+    let context = ReadContext::default();
+    let read = |path: &PathBuf| Picture::read_with(path, Transfer::Srgb, &context);
+    let (picture, chart) = (read(path)?, read(chart)?);
+    let second = match second {
+        None => None,
+        Some(path) => Some((path, read(path)?)),
+    };
+    for (path, read) in
+        std::iter::once((path, &picture)).chain(second.as_ref().map(|(p, r)| (*p, r)))
+    {
+        let ([low, high], [width, height]) = (region, read.size);
+        if !(0..2).all(|i| low[i] < high[i] && high[i] as usize <= read.size[i]) {
+            return Err(format!(
+                "--region {},{},{},{}: the picture {} has {width} x {height} pixels; expected X0,Y0,X1,Y1 within it",
+                low[0], low[1], high[0], high[1], path_excerpt(path)
+            )
+            .into());
+        }
+    }
+    let pictures = [&picture, second.as_ref().map_or(&picture, |(_, second)| second)];
+    let region = region.map(|at| at.map(|n| n as usize));
+    let texture = TextureResponse::measure(pictures, region, &chart, |pixel| channel.of(pixel))
+        .map_err(|error| format!("{}: {error}", path_excerpt(path)))?;
+    super::write_table(csv.as_deref(), &context, || table(&texture, ","))?;
+    super::super::print(&match json {
+        true => format!("{:#}\n", json_of(arguments, &texture)),
+        false => table(&texture, "      "),
+    })
+}
+
+/// Returns the response, a row for each frequency.
+fn table(texture: &TextureResponse, between: &str) -> String {
+    let mut text = format!("cycles/pixel{between}response\n");
+    for [frequency, response] in &texture.response {
+        let _ = writeln!(text, "{frequency:<12.2}{between}{response:.4}");
+    }
+    text
+}
+
+fn json_of(arguments: &TextureArguments, texture: &TextureResponse) -> Value {
+    let column = |i: usize| texture.response.iter().map(|row| row[i]).collect::<Vec<f64>>();
+    json!({
+        "picture": arguments.picture.display().to_string(),
+        "region": arguments.region.as_flattened(),
+        "cycles_per_pixel": column(0),
+        "response": column(1),
+    })
+}
