@@ -218,7 +218,7 @@ impl FilmSums {
     }
 
     /// Returns the mean spectral radiance of every pixel by bucket as a layer, in the unit of
-    /// [`BucketShares::spread`]; `None` without buckets. `samples` is the number of samples of each pixel;
+    /// [`petzval_spectrum::BucketShares::spread`]; `None` without buckets. `samples` is the number of samples of each pixel;
     /// a film of means ignores it.
     pub fn spectrum(&self, samples: u32) -> Option<ImageLayer> {
         let channels = self.extra.channels();
