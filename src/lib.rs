@@ -78,6 +78,7 @@
 //! |---|---|---|
 //! | `film` | `sample` | pixels, to points on film and pupil |
 //! | `shutter` | `assign_times` | samples, to times, if anything moves |
+//! | `lens` | `find_pupil_halves` | samples, to the halves of the pupil that they pass, for dual pixels |
 //! | `lens` | `generate_rays` | film points, to rays in the world, without the vignetted rays |
 //! | `lens`, `film` | `disperse` | rays, to the weights of their wavelengths, if the lens disperses |
 //! | `scene` | `intersect` | rays, to nearest hits |

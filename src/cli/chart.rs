@@ -62,19 +62,15 @@ pub(super) fn run(arguments: &ChartArguments) -> Result<Outcome, Failure> {
         return Err(format!("-o {}: expected the name of a scene, .pbrt", output.display()).into());
     }
     let lens_path = std::path::absolute(&camera.lens)?;
-    if lens_path.to_str().is_none_or(|path| path.contains(char::is_control)) {
-        return Err(format!(
-            "{}: a scene cannot name this file; expected a path in UTF-8 without control characters",
-            path_excerpt(&camera.lens)
-        )
-        .into());
-    }
+    check_name(&lens_path)?;
     let lens = camera.read(&context)?;
     let outputs = camera.file.outputs(&context.files());
     let file = claim_writable(&outputs, output, "-o")?;
-    let texture = match kind {
+    let texture = output.with_extension("png");
+    let texture_file = match kind {
         KindArgument::Leaves => {
-            Some(claim_writable(&outputs, &output.with_extension("png"), "-o")?)
+            check_name(&texture)?;
+            Some(claim_writable(&outputs, &texture, "-o")?)
         }
         _ => None,
     };
@@ -88,21 +84,30 @@ pub(super) fn run(arguments: &ChartArguments) -> Result<Outcome, Failure> {
         stop_diameter: focused.lens.rows[focused.lens.stop()].diameter,
         f_number: RealRayFocus::new(&focused.lens).f_number(),
     };
-    let texture_name =
-        texture.as_ref().and_then(|file| file.path().file_name()).unwrap_or_default();
-    let texture_name = texture_name.to_string_lossy();
+    let texture_name = texture.file_name().unwrap_or_default().to_string_lossy();
     let text = chart.scene(&view, &description, &shell_line(&argv()), &texture_name);
     let text = text.map_err(|error| named(&error))?;
-    file.write(|file| file.write_all(text.as_bytes()))
-        .map_err(|error| format!("cannot write {}: {error}", file.display()))?;
-    if let (Some(file), Some(leaves)) = (&texture, &chart.leaves) {
-        let LeavesSquare { picture, .. } = leaves;
+    if let (Some(file), Some(LeavesSquare { picture, .. })) = (&texture_file, &chart.leaves) {
         let frame = picture.size.map(|n| n as u32);
         let window = PictureWindow { origin: [0, 0], frame };
         let encoding = EncodingOptions { grey: true, ..EncodingOptions::default() };
         picture.write(file, window, encoding, &Vec::new())?;
     }
+    file.write(|file| file.write_all(text.as_bytes()))
+        .map_err(|error| format!("cannot write {}: {error}", file.display()))?;
     super::print(&next_steps(&chart, output, focused.setup().disperses()))
+}
+
+/// Checks that a scene can name a file.
+fn check_name(path: &Path) -> Result<(), Failure> {
+    match path.to_str().is_none_or(|path| path.contains(char::is_control)) {
+        false => Ok(()),
+        true => Err(format!(
+            "{}: a scene cannot name this file; expected a path in UTF-8 without control characters",
+            path_excerpt(path)
+        )
+        .into()),
+    }
 }
 
 /// Returns the commands that photograph the chart and measure the picture. Lateral colour counts long before it is seen.

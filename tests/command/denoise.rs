@@ -190,6 +190,25 @@ fn the_sensor_reads_out_the_denoised_picture() {
 }
 
 #[test]
+fn halves_of_the_pupil_are_those_of_the_sensor_whether_the_program_fails_or_not() {
+    let layers = "--sensor iso=800 --aov albedo,normal,dual_pixel";
+    let halves = |studio: &Studio, name: &str| {
+        ["left.", "right."].map(|half| {
+            let channels = studio.channels(name, half);
+            assert_eq!(channels.len(), 3, "{name}");
+            channels
+        })
+    };
+    let fails = format!("{COPY}[ $big ] || exit 0\nexit 1\n");
+    for (program, name) in [(COPY, "a.exr"), (&fails, "a.noisy.exr")] {
+        let studio = Studio::new("oidnDenoise", program);
+        studio.run_ok(&RENDER.replace("a.exr", &format!("plain.exr {layers}")));
+        studio.run(&format!("{RENDER} --denoise {layers}"));
+        assert_eq!(halves(&studio, name), halves(&studio, "plain.exr"), "{name}");
+    }
+}
+
+#[test]
 fn a_film_of_another_colour_space_holds_both_pictures_in_it() {
     let studio = Studio::new("oidnDenoise", COPY);
     let text = fs::read_to_string(studio.0.path("scene.pbrt")).expect("the scene");

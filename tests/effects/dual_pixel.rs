@@ -3,7 +3,9 @@
 use std::f64::consts::PI;
 
 use crate::support::{folder, root, write};
+use glam::DVec3;
 use petzval_image::{ImageLayer, Picture};
+use petzval_lens::{ApertureForm, LensModel, RealLens, SurfaceAperture};
 use petzval_render::aov::{Aov, CircleOfConfusion};
 use petzval_render::job::Job;
 use petzval_render::plan::Effect;
@@ -11,7 +13,7 @@ use petzval_render::prepare::{Changes, prepare};
 use petzval_render::sensor::SensorSettings;
 use petzval_render::{Backend, Progress, ProgressiveRender, RenderOptions, render};
 use petzval_scene_formats::pbrt;
-use petzval_spectrum::Buckets;
+use petzval_spectrum::{Buckets, ColourSpace, Primaries};
 
 /// Pixels along each side of the film.
 const SIDE: usize = 96;
@@ -323,6 +325,75 @@ fn halves_of_a_small_stop_are_equal_all_over_the_film() {
             let share = left_share(&found, columns.clone());
             println!("{lens} {f_number} {shift} {columns:?}: {share}");
             assert!((share - 0.5).abs() < 0.02, "{lens} {shift} {columns:?}: {share}");
+        }
+    }
+}
+
+/// Returns the picture of a job whose stop is covered on its right, as seen from behind the camera.
+fn through_the_left_half_of_the_stop(job: &Job) -> Picture {
+    let mut masked = Job { layers: Vec::new(), ..job.clone() };
+    let LensModel::Real(lens) = &job.camera.model else { panic!("a real lens") };
+    let mut prescription = lens.prescription.clone();
+    let stop = prescription.stop();
+    prescription.rows[stop].apertures.push(SurfaceAperture {
+        form: ApertureForm::Rectangle,
+        half_widths: [100.0; 2],
+        centre: [100.0, 0.0],
+        rotation: 0.0,
+        obscures: true,
+    });
+    let RealLens { film, pupil_sampling, units_per_mm, front_depth, .. } = **lens;
+    let masked_lens =
+        RealLens::with_film(prescription, &film, pupil_sampling, units_per_mm, front_depth);
+    masked.camera.model = LensModel::Real(Box::new(masked_lens));
+    render(&masked, RenderOptions::default()).expect("a picture").into_picture(&masked)
+}
+
+/// A mask before the iris is an independent way to separate the halves: with a straight film, a tilted one, and a
+/// lens whose exit pupil is far away.
+#[test]
+fn the_left_half_is_the_picture_through_the_left_half_of_the_stop() {
+    for (lens, f_number, tilt) in [
+        ("dgauss.50mm.dat", 8.0, None),
+        ("dgauss.50mm.dat", 8.0, Some([4.0, 12.0])),
+        ("telephoto.250mm.dat", 11.0, None),
+    ] {
+        let changes = Changes {
+            samples: Some(512),
+            f_number: Some(f_number),
+            film_tilt: tilt,
+            light_paths: Some(false),
+            ..effects("+tilt_shift")
+        };
+        let job = job(lens, 4.0, &lamp(1.2, [0.002, -0.001]), &changes);
+        let [left, right] = halves(&job, RenderOptions::default());
+        let masked = through_the_left_half_of_the_stop(&job);
+        let distance = |layer: &ImageLayer| {
+            let pairs = layer.channels[1].1.iter().zip(&masked.pixels);
+            let squares: f64 = pairs.map(|(a, b)| f64::from(a - b[1]).powi(2)).sum();
+            let norm: f64 = masked.pixels.iter().map(|pixel| f64::from(pixel[1]).powi(2)).sum();
+            (squares / norm).sqrt()
+        };
+        let [same, other] = [&left, &right].map(distance);
+        println!("{lens}, {tilt:?}: {same} {other}");
+        assert!(same < 0.05 && other > 0.2, "{lens}, {tilt:?}: {same} {other}");
+    }
+}
+
+#[test]
+fn halves_of_a_film_in_another_colour_space_add_up_in_it() {
+    let changes = Changes { samples: Some(16), ..effects("none") };
+    let mut job = job("dgauss.50mm.dat", 4.0, SKY, &changes);
+    job.colour_space = ColourSpace::Rec2020;
+    let (picture, layers) =
+        render(&job, RenderOptions::default()).expect("a picture").into_picture_with_layers(&job);
+    let space = job.colour_space.primaries();
+    let matrix = Primaries::SRGB.to(&space).expect("a space");
+    for (i, pixel) in picture.pixels.iter().enumerate() {
+        let expected = matrix * DVec3::from_array(pixel.map(f64::from));
+        for c in 0..3 {
+            let sum: f64 = layers.iter().map(|layer| f64::from(layer.channels[c].1[i])).sum();
+            assert!((sum / expected[c] - 1.0).abs() < 1e-5, "{sum}, not {}", expected[c]);
         }
     }
 }

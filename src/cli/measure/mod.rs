@@ -107,15 +107,8 @@ pub(super) fn run(arguments: &MeasureArguments) -> Result<Outcome, Failure> {
     let file = path_excerpt(path);
     let mut places = Vec::new();
     for &[low, high] in regions {
-        let [width, height] = picture.size;
         let name = format!("--edge {},{},{},{}", low[0], low[1], high[0], high[1]);
-        if !(0..2).all(|i| low[i] < high[i] && high[i] as usize <= picture.size[i]) {
-            let problem = format!(
-                "{name}: the picture {file} has {width} x {height} pixels; expected X0,Y0,X1,Y1 within it"
-            );
-            return Err(problem.into());
-        }
-        places.push((name, [low, high].map(|at| at.map(|n| n as usize))));
+        places.push((name.clone(), region_within(&name, [low, high], &picture, path)?));
     }
     if let Some(flat) = flat {
         divide(&mut picture, flat, &places, &context)?;
@@ -132,6 +125,27 @@ pub(super) fn run(arguments: &MeasureArguments) -> Result<Outcome, Failure> {
         true => format!("{:#}\n", json_of(arguments, &edges)),
         false => text_of(arguments, &edges),
     })
+}
+
+/// Returns a region of a picture (pixels).
+///
+/// # Errors
+/// Returns an error if it reaches beyond the picture. `name` is the option that asks for it.
+fn region_within(
+    name: &str,
+    [low, high]: [[u32; 2]; 2],
+    picture: &Picture,
+    path: &Path,
+) -> Result<[[usize; 2]; 2], Failure> {
+    let [width, height] = picture.size;
+    match (0..2).all(|i| low[i] < high[i] && high[i] as usize <= picture.size[i]) {
+        true => Ok([low, high].map(|at| at.map(|n| n as usize))),
+        false => Err(format!(
+            "{name}: the picture {} has {width} x {height} pixels; expected X0,Y0,X1,Y1 within it",
+            path_excerpt(path)
+        )
+        .into()),
+    }
 }
 
 /// Writes a table to the file of `--csv`, which is none of the files that were read.

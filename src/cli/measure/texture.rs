@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 
 use super::super::arguments::values::typed;
 use super::super::{Failure, Outcome};
-use super::Channel;
+use super::{Channel, region_within};
 
 /// Arguments of `petzval measure texture`.
 #[derive(Debug, clap::Args)]
@@ -43,38 +43,32 @@ pub(super) fn run(arguments: &TextureArguments) -> Result<Outcome, Failure> {
     let context = ReadContext::default();
     let read = |path: &PathBuf| Picture::read_with(path, Transfer::Srgb, &context);
     let (picture, chart) = (read(path)?, read(chart)?);
+    let [low, high] = region;
+    let name = format!("--region {},{},{},{}", low[0], low[1], high[0], high[1]);
+    let place = region_within(&name, *region, &picture, path)?;
     let second = match second {
         None => None,
-        Some(path) => Some((path, read(path)?)),
-    };
-    for (path, read) in
-        std::iter::once((path, &picture)).chain(second.as_ref().map(|(p, r)| (*p, r)))
-    {
-        let ([low, high], [width, height]) = (region, read.size);
-        if !(0..2).all(|i| low[i] < high[i] && high[i] as usize <= read.size[i]) {
-            return Err(format!(
-                "--region {},{},{},{}: the picture {} has {width} x {height} pixels; expected X0,Y0,X1,Y1 within it",
-                low[0], low[1], high[0], high[1], path_excerpt(path)
-            )
-            .into());
+        Some(path) => {
+            let second = read(path)?;
+            region_within(&name, *region, &second, path)?;
+            Some(second)
         }
-    }
-    let pictures = [&picture, second.as_ref().map_or(&picture, |(_, second)| second)];
-    let region = region.map(|at| at.map(|n| n as usize));
-    let texture = TextureResponse::measure(pictures, region, &chart, |pixel| channel.of(pixel))
+    };
+    let pictures = [&picture, second.as_ref().unwrap_or(&picture)];
+    let texture = TextureResponse::measure(pictures, place, &chart, |pixel| channel.of(pixel))
         .map_err(|error| format!("{}: {error}", path_excerpt(path)))?;
-    super::write_table(csv.as_deref(), &context, || table(&texture, ","))?;
+    super::write_table(csv.as_deref(), &context, || table(&texture, ",", 0))?;
     super::super::print(&match json {
         true => format!("{:#}\n", json_of(arguments, &texture)),
-        false => table(&texture, "      "),
+        false => table(&texture, "  ", 12),
     })
 }
 
-/// Returns the response, a row for each frequency.
-fn table(texture: &TextureResponse, between: &str) -> String {
+/// Returns the response, a row for each frequency, in columns of at least this width.
+fn table(texture: &TextureResponse, between: &str, width: usize) -> String {
     let mut text = format!("cycles/pixel{between}response\n");
     for [frequency, response] in &texture.response {
-        let _ = writeln!(text, "{frequency:<12.2}{between}{response:.4}");
+        let _ = writeln!(text, "{frequency:<width$.2}{between}{response:.4}");
     }
     text
 }

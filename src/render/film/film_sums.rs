@@ -41,7 +41,7 @@ pub(crate) struct Splat {
     pub pixel: [u32; 2],
     /// Set of the wavelengths of the light, if paths carry spectra.
     pub set: u16,
-    /// Whether the light passed the left half of the exit pupil, if the film is to know it.
+    /// Whether the light passed the left half of the exit pupil, if the film records it.
     pub left_half: bool,
     /// Linear sRGB, or values relative to daylight at the wavelengths of the set, of a path that stands for
     /// those of all sets.
@@ -218,8 +218,8 @@ impl FilmSums {
     }
 
     /// Returns the mean spectral radiance of every pixel by bucket as a layer, in the unit of
-    /// [`petzval_spectrum::BucketShares::spread`]; `None` without buckets. `samples` is the number of samples of each pixel;
-    /// a film of means ignores it.
+    /// [`petzval_spectrum::BucketShares::spread`]; `None` without buckets. `samples` is the number of samples
+    /// of each pixel; a film of means ignores it.
     pub fn spectrum(&self, samples: u32) -> Option<ImageLayer> {
         let channels = self.extra.channels();
         let shares = channels.buckets.as_ref()?;

@@ -213,7 +213,7 @@ mod tests {
         (0..random(1) % 9000).map(splat).collect()
     }
 
-    /// Film of two buckets of wavelength that knows the light of the left half of the pupil.
+    /// Film of two buckets of wavelength that records the light of the left half of the pupil.
     fn film() -> FilmSums {
         let buckets = Buckets::new(2, [400.0, 700.0]).expect("buckets");
         let buckets = Some(Arc::new(BucketShares::new(buckets)));

@@ -64,7 +64,7 @@ impl Chart {
              \"float aperturediameter\" {} \"float focusdistance\" {distance:.9}\n\n\
              WorldBegin\n\
              LightSource \"distant\" \"point3 from\" [0 0 0] \"point3 to\" [0 0 1] \"rgb L\" [{light:.6} {light:.6} {light:.6}]\n",
-            quoted(camera.lens),
+            quoted(&camera.lens.display().to_string()),
             camera.stop_diameter,
         );
         let mut reflectance = f64::NAN;
@@ -88,12 +88,12 @@ impl Chart {
             for (corner, pixel) in corners.iter_mut().zip(pixels) {
                 *corner = view.chart_point(pixel)?;
             }
-            let texture = texture.replace('\\', "\\\\").replace('"', "\\\"");
             let _ = writeln!(
                 text,
-                "\nTexture \"leaves\" \"spectrum\" \"imagemap\" \"string filename\" \"{texture}\" \"string filter\" \"point\"\n\
+                "\nTexture \"leaves\" \"spectrum\" \"imagemap\" \"string filename\" \"{}\" \"string filter\" \"point\"\n\
                  Material \"diffuse\" \"texture reflectance\" \"leaves\"\n\
                  {} \"point2 uv\" [0 0 1 0 1 1 0 1]",
+                quoted(texture),
                 quad(&corners, distance * (1.0 - LAYER))
             );
         }
@@ -101,9 +101,9 @@ impl Chart {
     }
 }
 
-/// Returns a path as the text of a string of the scene.
-fn quoted(path: &Path) -> String {
-    path.display().to_string().replace('\\', "\\\\").replace('"', "\\\"")
+/// Returns a text as that of a string of the scene.
+fn quoted(text: &str) -> String {
+    text.replace('\\', "\\\\").replace('"', "\\\"")
 }
 
 /// Returns the shape of a quadrilateral.
