@@ -30,13 +30,15 @@ def test_a_picture_has_the_bits_of_the_command(scene_path, tmp_path, command):
 
 
 def test_halves_of_the_pupil_are_layers_that_add_up(scene_path):
-    settings = dict(spp=4, effects="none", resolution=(48, 32), aov=["dual_pixel"])
-    image = pz.render(scene_path, **settings)
+    settings = dict(spp=4, resolution=(48, 32), aov=["dual_pixel"])
+    image = pz.render(scene_path, effects="none", **settings)
     assert list(image.layers) == ["left", "right"]
     np.testing.assert_allclose(image.layers["left"] + image.layers["right"], image.pixels, rtol=1e-5, atol=1e-7)
     assert np.abs(image.layers["left"] - image.layers["right"]).mean() > 0
     mosaic = pz.render(scene_path, sensor="iso=100,well=1e9,read=0,bits=16", bayer="rggb", **settings)
+    assert mosaic.pixels.shape == (32, 48)
     assert [mosaic.layers[half].shape for half in ("left", "right")] == 2 * [(32, 48, 1)]
+    assert [mosaic.channels[half] for half in ("left", "right")] == 2 * [["Y"]]
 
 
 def exr_data(path):
