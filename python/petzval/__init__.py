@@ -29,6 +29,7 @@ from ._petzval import (
     Lens,
     __version__,
     compare,
+    develop,
     read_image,
     write_image,
 )
@@ -63,6 +64,7 @@ __all__ = [
     "accuracy",
     "compare",
     "dataset",
+    "develop",
     "lens_models",
     "passes",
     "plan",

@@ -342,6 +342,13 @@ def compare(
 def read_image(path: Path) -> NDArray[np.float32]:
     """Read a picture: height x width x 3, or height x width of a file of one channel; linear sRGB."""
 
+def develop(path: Path, white_balance: str = "as-shot") -> NDArray[np.float32]:
+    """Develop a raw file (.dng): height x width x 3, or height x width of a sensor without filters; linear sRGB.
+
+    ``white_balance`` is ``"as-shot"``, ``"auto"``, a temperature such as ``"3200K"``, an illuminant such as ``"D65"``,
+    or chromaticities ``"0.44,0.41"``.
+    """
+
 def write_image(
     path: Path,
     pixels: ArrayLike,

@@ -43,6 +43,7 @@ fn _petzval(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(lens_models::lens_models, module)?)?;
     module.add_function(wrap_pyfunction!(picture::compare, module)?)?;
     module.add_function(wrap_pyfunction!(picture::read_image, module)?)?;
+    module.add_function(wrap_pyfunction!(picture::develop, module)?)?;
     module.add_function(wrap_pyfunction!(picture::write_image, module)?)?;
     module.add_function(wrap_pyfunction!(scene_arrays::scene_of_arrays, module)?)
 }

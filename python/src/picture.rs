@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use numpy::PyArrayDyn;
 use petzval::{EncodingOptions, Metric, Picture, measure};
-use petzval_base::io::{FileLog, OutputFile};
-use petzval_image::PictureWindow;
+use petzval_base::io::{FileLog, OutputFile, ReadContext};
+use petzval_image::{PictureWindow, RawFile, WhiteBalance};
 use petzval_tools::metric::DynamicRange;
 use pyo3::prelude::*;
 
@@ -56,6 +56,26 @@ pub fn read_image<'py>(py: Python<'py>, path: PathBuf) -> PyResult<Bound<'py, Py
     let read = py.detach(|| Picture::read_with_grey(&path));
     let (picture, grey) = read.map_err(|error| image_error(&error))?;
     array::of_picture(py, &picture, grey)
+}
+
+/// Develops a raw file (.dng): levels, white balance, demosaicking, colours. Returns an array of float32, height x
+/// width x 3, linear sRGB; height x width for a sensor without filters. `white_balance` is "as-shot", "auto", a
+/// temperature such as "3200K", an illuminant such as "D65", or chromaticities "x,y".
+#[pyfunction]
+#[pyo3(signature = (path, white_balance = RawFile::AS_SHOT))]
+pub fn develop<'py>(
+    py: Python<'py>,
+    path: PathBuf,
+    white_balance: &str,
+) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
+    let white = WhiteBalance::parse(white_balance, RawFile::AS_SHOT)
+        .map_err(|error| value_error(format!("white_balance: {error}, found {white_balance:?}")))?;
+    let developed = py.detach(|| {
+        let raw =
+            RawFile::read(&path, &ReadContext::default()).map_err(|error| image_error(&error))?;
+        raw.develop(white).map_err(|found| value_error(format!("{}: {found}", path.display())))
+    })?;
+    array::of_picture(py, &developed.picture, developed.white.is_none())
 }
 
 /// Writes an array of linear sRGB, height x width x 3: .exr, .png, .jpg or .tif. One of height x width makes a

@@ -253,3 +253,68 @@ def test_colours_of_the_specification_are_those_of_the_picture(chart, tmp_path):
             found = difference(shown, reference)
             print(f"{camera} {white}: {found:.2f}, {temperature(xy):.0f} K")
             assert found < 1.5, f"{camera} {white}"
+
+
+def test_developed_colours_are_those_of_the_picture(chart, tmp_path):
+    slow = QUIET.replace("iso=100", "iso=80")
+    for camera, sensor, light, bound in [
+        (None, QUIET, None, 0.05),
+        # Forward matrices are fitted for D50, and the picture's for the white of the screen.
+        ("canon_eos_100d", slow, None, 1.5),
+        ("nikon_d850", QUIET, None, 1.5),
+        ("nikon_d850", QUIET, 5000, 1.5),
+        ("nikon_d850", QUIET, 3200, 1.5),
+    ]:
+        scene, path = chart(camera, light), tmp_path / "a.dng"
+        reference = means(pz.render(scene, sensor=QUIET).pixels)
+        pz.render(scene, sensor=sensor + ",bayer").save(path)
+        found = difference(means(pz.develop(path)), reference)
+        print(f"{camera} {light}: developed colours differ by {found:.2f}")
+        assert found < bound, camera
+        if light:
+            # The white balance of the file is that of its light.
+            balanced = difference(means(pz.develop(path, f"{light}K")), reference)
+            assert balanced < bound + 0.3, f"{camera} {light}: {balanced}"
+            wrong = difference(means(pz.develop(path, "D65")), reference)
+            assert wrong > 5, f"{camera} {light}: {wrong}"
+
+
+def test_the_command_develops_as_python_does(chart, tmp_path, command):
+    path, picture = tmp_path / "a.dng", tmp_path / "a.exr"
+    pz.render(chart("nikon_d850"), sensor=QUIET + ",bayer").save(path)
+    subprocess.run([command, "develop", path, "-o", picture, "--white-balance", "0.31,0.33", "-q"], check=True)
+    assert (pz.read_image(picture) == pz.develop(path, "0.31,0.33")).all()
+    assert abs(pz.develop(path, "auto")[..., 1] - pz.develop(path)[..., 1]).max() > 1e-4
+    with pytest.raises(ValueError, match=r"white_balance: expected a temperature.*or as-shot, found \"warm\""):
+        pz.develop(path, "warm")
+    with pytest.raises(ValueError, match=r"a\.exr"):
+        pz.develop(picture)
+
+
+def test_a_turned_file_of_others_is_developed_as_libraw_does(chart, tmp_path):
+    # Big-endian, turned, with black levels of each filter, without forward matrices: written by another program.
+    codes = np.arange(24 * 36, dtype=">u2").reshape(24, 36) * 40 % 3000 + 256
+    codes[2:22, 4:32] = 1600
+    matrix = [0.9, -0.2, 0.0, -0.3, 1.2, 0.1, 0.0, 0.2, 0.7]
+    neutral = np.reshape(matrix, (3, 3)) @ SRGB_TO_XYZ.sum(1)
+    rational = lambda numbers: tuple(n for x in numbers for n in (round(x * 10000), 10000))  # noqa: E731
+    path = tmp_path / "b.dng"
+    tags = [
+        (33421, "H", 2, (2, 2), True), (33422, "B", 4, bytes([1, 0, 2, 1]), True),
+        (50706, "B", 4, bytes([1, 4, 0, 0]), True), (50708, "s", 0, "other", True),
+        (50713, "H", 2, (2, 2), True), (50714, "H", 4, (256, 256, 256, 256), True), (50717, "H", 1, 4095, True),
+        (50721, "2i", 9, rational(matrix), True), (50728, "2I", 3, rational(neutral / neutral.max()), True),
+        (50778, "H", 1, 21, True), (274, "H", 1, 6, True),
+    ]  # fmt: skip
+    with tifffile.TiffWriter(path, byteorder=">") as file:
+        file.write(codes, photometric=32803, extratags=tags, metadata=None)
+    with rawpy.imread(str(path)) as raw:
+        shown = raw.postprocess(
+            use_camera_wb=True, no_auto_bright=True, adjust_maximum_thr=0, gamma=(1, 1), output_bps=16
+        )
+    found = pz.develop(path)
+    assert found.shape == shown.shape == (36, 24, 3)
+    inside = np.s_[12:24, 9:15]
+    even, expected = found[inside].reshape(-1, 3), shown[inside].reshape(-1, 3) / 65535
+    assert np.ptp(even, axis=0).max() < 1e-5
+    assert abs(even[0] - expected[0]).max() < 0.002 * expected.max(), f"{even[0]} {expected[0]}"

@@ -27,6 +27,7 @@ mod chart;
 mod compare;
 mod dataset;
 mod denoise;
+mod develop;
 mod lens;
 mod measure;
 mod memory;
@@ -52,6 +53,7 @@ use bench::BenchArguments;
 use chart::ChartArguments;
 use compare::CompareArguments;
 use dataset::DatasetArguments;
+use develop::DevelopArguments;
 use lens::LensArguments;
 use measure::MeasureArguments;
 use merge::MergeArguments;
@@ -97,6 +99,8 @@ enum Command {
     /// train on: each by a draw of scene, lens, focus, stop, light and viewpoint. The same command
     /// again continues
     Dataset(DatasetArguments),
+    /// Develop a raw file (.dng) to a picture: levels, white balance, demosaicking, colours, tone
+    Develop(DevelopArguments),
     /// Measure how far a picture is from a reference
     Compare(CompareArguments),
     /// Draw a test chart that fills the picture of a lens, as a scene: slanted edges, a grid of dots, white
@@ -147,6 +151,7 @@ pub fn run() -> ExitCode {
         Command::Plan(arguments) => plan::run(&arguments),
         Command::Accuracy(arguments) => accuracy::run(&arguments),
         Command::Dataset(arguments) => dataset::run(&arguments),
+        Command::Develop(arguments) => develop::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Chart(arguments) => chart::run(&arguments),
         Command::Measure(arguments) => measure::run(&arguments),

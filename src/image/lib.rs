@@ -9,6 +9,7 @@
 mod array;
 mod channels;
 mod declared;
+mod develop;
 mod display;
 mod exr;
 mod format;
@@ -27,6 +28,7 @@ use std::io::{self, BufWriter, Read};
 use std::path::{Path, PathBuf};
 
 pub use channels::ChannelImage;
+pub use develop::{CameraColours, Developed, RawFile};
 use display::DisplayMapping;
 pub use display::decode_image;
 pub use display::{DisplayExposure, srgb_decode, srgb_encode};

@@ -3,7 +3,7 @@
 use glam::{DMat3, DVec3};
 
 use super::Picture;
-use petzval_spectrum::{Primaries, adapt};
+use petzval_spectrum::{Primaries, Spectrum, adapt, d_illuminant, daylight, named_spectrum};
 
 /// The light that files for display show as white, by adaptation of its cone responses to those of the
 /// screen's white (Lam 1985, "Bradford"). It keeps the luminance of that light.
@@ -24,6 +24,44 @@ pub enum WhiteBalance {
 const LARGEST: f64 = 100.0;
 
 impl WhiteBalance {
+    /// Parses a colour temperature such as 3200K, an illuminant, chromaticities x,y, or auto. `none` is the word for
+    /// [`WhiteBalance::Off`].
+    ///
+    /// # Errors
+    /// Returns what was expected.
+    pub fn parse(text: &str, none: &str) -> Result<Self, String> {
+        let expected = || {
+            format!(
+                "expected a temperature from 1000K to 25000K, D50, D55, D65, D75, A, x,y, auto or {none}"
+            )
+        };
+        let light = |spectrum: Spectrum| {
+            let [x, y, z] = spectrum.to_xyz();
+            Self::to_light([x, y].map(|v| v / (x + y + z)))
+        };
+        let white = match text {
+            _ if text == none => return Ok(Self::Off),
+            "auto" => return Ok(Self::Auto),
+            "A" => named_spectrum("stdillum-A").and_then(light),
+            "D50" => light(d_illuminant(5000.0)),
+            "D55" => light(d_illuminant(5500.0)),
+            "D65" => light(d_illuminant(6500.0)),
+            "D75" => light(d_illuminant(7500.0)),
+            _ => match text.strip_suffix(['K', 'k']) {
+                Some(kelvin) => {
+                    let kelvin = kelvin.trim().parse::<f64>().map_err(|_| expected())?;
+                    (1000.0..=25_000.0).contains(&kelvin).then(|| light(daylight(kelvin))).flatten()
+                }
+                None => {
+                    let [x, y] = text.split_once(',').map(Into::into).ok_or_else(expected)?;
+                    let number = |word: &str| word.trim().parse::<f64>().map_err(|_| expected());
+                    Self::to_light([number(x)?, number(y)?])
+                }
+            },
+        };
+        white.ok_or_else(expected)
+    }
+
     /// Returns the white balance to a light of these chromaticities, or `None` if it is too far from
     /// white to be balanced.
     pub fn to_light(chromaticities: [f64; 2]) -> Option<Self> {

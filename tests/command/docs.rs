@@ -403,6 +403,7 @@ fn the_manual_describes_every_option_and_no_other() {
         "measure grid",
         "measure noise",
         "measure texture",
+        "develop",
         "chart",
         "dataset",
         "bench",

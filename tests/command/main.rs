@@ -9,6 +9,7 @@ mod cli;
 mod compare;
 mod dataset;
 mod denoise;
+mod develop;
 mod docs;
 mod hostile;
 mod measure;

@@ -13,15 +13,38 @@ use crate::cli::Failure;
 /// Least width and height of raw files in libraw (pixels).
 const LEAST_RAW: u32 = 22;
 
-/// How a picture is written.
+/// Numbers and tone of a file.
 #[derive(Clone, Debug, PartialEq, clap::Args)]
-pub(in crate::cli) struct EncodingArguments {
+pub(in crate::cli) struct FileArguments {
     /// Write 16-bit floats (EXR)
     #[arg(long, help_heading = "Picture")]
     pub half: bool,
     /// Bits of a channel of PNG, 8 or 16. TIFF has 16
     #[arg(long, value_name = "BITS", value_parser = bit_depth, help_heading = "Picture")]
     pub bit_depth: Option<BitDepth>,
+    /// Tone curve of PNG, JPEG and TIFF
+    ///
+    /// linear, which clips light above white, or filmic, which keeps middle grey and rolls
+    /// highlights off over three more stops without a change of hue
+    #[arg(long, value_name = "linear|filmic", default_value = "linear", help_heading = "Picture")]
+    pub tone: ToneCurve,
+}
+
+impl FileArguments {
+    /// Warns of numbers that the format does not have.
+    pub fn warn(&self, output: &Path, format: ImageFormat) {
+        if self.half && format != ImageFormat::Exr {
+            let (name, bits) = (output.display(), format.bits(self.bit_depth));
+            say!("petzval: warning: --half is for EXR; {name} has {bits}");
+        }
+    }
+}
+
+/// How a picture is written.
+#[derive(Clone, Debug, PartialEq, clap::Args)]
+pub(in crate::cli) struct EncodingArguments {
+    #[command(flatten)]
+    pub file: FileArguments,
     /// Brightness of PNG, JPEG and TIFF in stops, such as -1.5 or 2EV, or auto (default)
     ///
     /// The summary of the render prints the stops that auto finds, and the files store them. 0 shows
@@ -29,12 +52,6 @@ pub(in crate::cli) struct EncodingArguments {
     /// with --sweep, whose pictures are compared
     #[arg(long, value_name = "EV|auto", allow_hyphen_values = true, help_heading = "Picture")]
     pub exposure: Option<DisplayExposure>,
-    /// Tone curve of PNG, JPEG and TIFF
-    ///
-    /// linear, which clips light above white, or filmic, which keeps middle grey and rolls
-    /// highlights off over three more stops without a change of hue
-    #[arg(long, value_name = "linear|filmic", default_value = "linear", help_heading = "Picture")]
-    pub tone: ToneCurve,
     /// Light that PNG, JPEG and TIFF show as white: a colour temperature such as 3200K, D65, A,
     /// chromaticities x,y, auto or off (default)
     ///
@@ -71,12 +88,9 @@ impl EncodingArguments {
         }
         let Some(format) = format else { return Ok(()) };
         self.options(job, false).check(output)?;
-        let name = output.display();
-        if self.half && format != ImageFormat::Exr {
-            let bits = format.bits(self.bit_depth);
-            say!("petzval: warning: --half is for EXR; {name} has {bits}");
-        }
+        self.file.warn(output, format);
         if format == ImageFormat::Dng && job.frame.size().into_iter().any(|n| n < LEAST_RAW) {
+            let name = output.display();
             say!(
                 "petzval: warning: {name} is smaller than {LEAST_RAW} x {LEAST_RAW} pixels; libraw, which many \
                  programs use, does not open it"
@@ -98,9 +112,9 @@ impl EncodingArguments {
     pub fn options(&self, job: &Job, in_sweep: bool) -> EncodingOptions {
         let scene = job.encoding(self.exposure_of(job, in_sweep));
         EncodingOptions {
-            half: scene.half || self.half,
-            bit_depth: self.bit_depth,
-            tone: self.tone,
+            half: scene.half || self.file.half,
+            bit_depth: self.file.bit_depth,
+            tone: self.file.tone,
             white_balance: self.white_balance,
             ..scene
         }

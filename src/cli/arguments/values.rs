@@ -4,12 +4,11 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::time::Duration;
 
-use petzval_image::{BitDepth, WhiteBalance};
+use petzval_image::{BitDepth, RawFile, WhiteBalance};
 use petzval_render::prepare::settings::{
     self, Assignment, LENGTHS, PictureSetting, SettingError, SettingValue, UnitRange,
     number_with_unit,
 };
-use petzval_spectrum::{Spectrum, d_illuminant, daylight, named_spectrum};
 
 /// Returns the parser of an option that is a setting of a picture.
 pub(in crate::cli) fn setting(
@@ -142,33 +141,12 @@ pub(in crate::cli) fn range(text: &str) -> Result<Range<u32>, String> {
 
 /// Parses the light of a white balance.
 pub(in crate::cli) fn white_balance(text: &str) -> Result<WhiteBalance, String> {
-    const EXPECTED: &str =
-        "expected a temperature from 1000K to 25000K, D50, D55, D65, D75, A, x,y, auto or off";
-    let light = |spectrum: Spectrum| {
-        let [x, y, z] = spectrum.to_xyz();
-        WhiteBalance::to_light([x, y].map(|v| v / (x + y + z)))
-    };
-    let white = match text {
-        "off" => return Ok(WhiteBalance::Off),
-        "auto" => return Ok(WhiteBalance::Auto),
-        "A" => named_spectrum("stdillum-A").and_then(light),
-        "D50" => light(d_illuminant(5000.0)),
-        "D55" => light(d_illuminant(5500.0)),
-        "D65" => light(d_illuminant(6500.0)),
-        "D75" => light(d_illuminant(7500.0)),
-        _ => match text.strip_suffix(['K', 'k']) {
-            Some(kelvin) => {
-                let kelvin = kelvin.trim().parse::<f64>().map_err(|_| EXPECTED)?;
-                (1000.0..=25_000.0).contains(&kelvin).then(|| light(daylight(kelvin))).flatten()
-            }
-            None => {
-                let [x, y] = text.split_once(',').map(Into::into).ok_or(EXPECTED)?;
-                let number = |word: &str| word.trim().parse::<f64>().map_err(|_| EXPECTED);
-                WhiteBalance::to_light([number(x)?, number(y)?])
-            }
-        },
-    };
-    white.ok_or_else(|| EXPECTED.to_owned())
+    WhiteBalance::parse(text, "off")
+}
+
+/// Parses the light of the white balance of a raw file, which has one of its own.
+pub(in crate::cli) fn raw_white_balance(text: &str) -> Result<WhiteBalance, String> {
+    WhiteBalance::parse(text, RawFile::AS_SHOT)
 }
 
 /// Parses wavelengths (nm).

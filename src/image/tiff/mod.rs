@@ -3,6 +3,8 @@
 mod display;
 mod dng;
 mod mosaic;
+mod numbers;
+mod raw_tags;
 
 use std::fs::File;
 use std::io::{self, BufReader};
@@ -18,6 +20,7 @@ use super::{ImageError, Notes};
 pub(super) use display::write_tiff;
 pub(super) use dng::write_dng;
 pub(super) use mosaic::read_mosaic;
+pub(super) use raw_tags::read_raw;
 
 type Directory<'a, W> = DirectoryEncoder<'a, W, TiffKindStandard>;
 

@@ -1,6 +1,7 @@
 //! Reads the mosaic of a DNG. The tiff crate decodes no directory of colour filters, and its decoder does not open a
 //! file that begins with one.
 
+use super::numbers::Numbers;
 use crate::raw_codes::RawCodes;
 
 /// Tags of TIFF 6.0, TIFF/EP and DNG.
@@ -26,37 +27,15 @@ const LINEAR_RAW: u64 = 34892;
 /// Most directories that are looked at: a file could refer to its own.
 const MAX_DIRECTORIES: usize = 64;
 
-/// Numbers of a TIFF file in its order of bytes.
-struct Numbers<'a> {
-    bytes: &'a [u8],
-    little: bool,
-}
-
-impl Numbers<'_> {
-    /// Returns the number of this many bytes at a place.
-    fn at(&self, place: usize, bytes: usize) -> Option<u64> {
-        let found = self.bytes.get(place..place.checked_add(bytes)?)?;
-        let add = |sum: u64, &byte: &u8| sum << 8 | u64::from(byte);
-        Some(if self.little { found.iter().rev().fold(0, add) } else { found.iter().fold(0, add) })
-    }
-
-    /// Returns the whole numbers of an entry of the directory at a place; none without the entry.
-    fn entry(&self, directory: usize, tag: u16) -> Option<Vec<u64>> {
-        let entries = self.at(directory, 2)? as usize;
-        let entry = (0..entries)
-            .map(|i| directory + 2 + 12 * i)
-            .find(|&entry| self.at(entry, 2) == Some(u64::from(tag)))?;
-        let size = match self.at(entry + 2, 2)? {
-            1 | 7 => 1,
-            3 => 2,
-            4 | 13 => 4,
-            _ => return None,
-        };
-        let count = usize::try_from(self.at(entry + 4, 4)?).ok()?;
-        let length = count.checked_mul(size).filter(|&length| length <= self.bytes.len())?;
-        let from = if length <= 4 { entry + 8 } else { self.at(entry + 8, 4)? as usize };
-        (0..count).map(|i| self.at(from + size * i, size)).collect()
-    }
+/// The raw data of a file, and where its entries are.
+pub(super) struct RawDirectory<'a> {
+    pub file: Numbers<'a>,
+    /// Place of the first directory, which has the colours of the camera.
+    pub first: usize,
+    /// Place of the directory of the raw data.
+    pub directory: usize,
+    /// Whether the sensor has colour filters.
+    filtered: bool,
 }
 
 /// Reads the mosaic, or the readings of a sensor without filters.
@@ -64,31 +43,42 @@ impl Numbers<'_> {
 /// # Errors
 /// Returns what was found if the file has none that this reads.
 pub(crate) fn read_mosaic(bytes: &[u8]) -> Result<RawCodes, String> {
-    let little = bytes.starts_with(b"II");
-    let file = Numbers { bytes, little };
-    let first =
-        file.at(4, 4).filter(|_| file.at(2, 2) == Some(42) && (little || bytes.starts_with(b"MM")));
-    let first =
-        first.ok_or("it is not a TIFF file with addresses of 32 bits, as a DNG is")? as usize;
-    let mut directories = vec![first];
-    let mut looked_at = 0;
-    while let Some(&directory) = directories.get(looked_at) {
-        looked_at += 1;
-        if file.at(directory, 2).is_none() {
-            return Err("it is cut off".to_owned());
+    let raw = RawDirectory::find(bytes)?;
+    read_directory(&raw.file, raw.directory, raw.filtered)
+}
+
+impl<'a> RawDirectory<'a> {
+    /// Finds the raw data of a file.
+    ///
+    /// # Errors
+    /// Returns what was found if there is none.
+    pub fn find(bytes: &'a [u8]) -> Result<Self, String> {
+        let file = Numbers::new(bytes);
+        let first = file.first_directory();
+        let first = first.ok_or("it is not a TIFF file with addresses of 32 bits, as a DNG is")?;
+        let mut directories = vec![first];
+        let mut looked_at = 0;
+        while let Some(&directory) = directories.get(looked_at) {
+            looked_at += 1;
+            if file.at(directory, 2).is_none() {
+                return Err("it is cut off".to_owned());
+            }
+            let photometric = file.entry(directory, tags::PHOTOMETRIC);
+            match photometric.and_then(|found| found.first().copied()) {
+                Some(COLOR_FILTER_ARRAY) => {
+                    return Ok(Self { file, first, directory, filtered: true });
+                }
+                Some(LINEAR_RAW) => return Ok(Self { file, first, directory, filtered: false }),
+                _ => {}
+            }
+            let more = file.entry(directory, tags::SUB_DIRECTORIES).unwrap_or_default();
+            directories.extend(more.into_iter().map(|place| place as usize).take(MAX_DIRECTORIES));
+            if looked_at == MAX_DIRECTORIES {
+                break;
+            }
         }
-        let one = |tag| file.entry(directory, tag).and_then(|found| found.first().copied());
-        let photometric = one(tags::PHOTOMETRIC);
-        if matches!(photometric, Some(COLOR_FILTER_ARRAY | LINEAR_RAW)) {
-            return read_directory(&file, directory, photometric == Some(COLOR_FILTER_ARRAY));
-        }
-        let more = file.entry(directory, tags::SUB_DIRECTORIES).unwrap_or_default();
-        directories.extend(more.into_iter().map(|place| place as usize).take(MAX_DIRECTORIES));
-        if looked_at == MAX_DIRECTORIES {
-            break;
-        }
+        Err("it has no raw data".to_owned())
     }
-    Err("it has no raw data".to_owned())
 }
 
 fn read_directory(
@@ -145,10 +135,7 @@ fn read_directory(
         if codes.len() + strip.len() / 2 > file.bytes.len() {
             return Err(cut());
         }
-        codes.extend(strip.as_chunks::<2>().0.iter().map(|&code| match file.little {
-            true => u16::from_le_bytes(code),
-            false => u16::from_be_bytes(code),
-        }));
+        codes.extend(strip.as_chunks::<2>().0.iter().map(|&code| file.short(code)));
     }
     if width.checked_mul(height).is_none_or(|count| count == 0 || codes.len() != count) {
         return Err(cut());

@@ -1,0 +1,221 @@
+//! Development of raw files: from the codes of a sensor to a picture.
+//!
+//! The order is that of the DNG specification 1.7.1.0 (Adobe, 2023, chapters 5 and 6): black and white level, white
+//! balance, demosaicking, colours.
+
+mod colours;
+mod demosaic;
+
+use std::path::Path;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use petzval_base::io::ReadContext;
+
+pub use colours::CameraColours;
+pub(crate) use colours::{LightColours, Neutral};
+use demosaic::demosaic;
+
+use crate::format::extension;
+use crate::{ImageError, Picture, RawCodes, WhiteBalance, declared, tiff};
+
+/// Bytes that the development of a pixel needs: codes, readings, two differences, green, a direction, and colours.
+const PIXEL_BYTES: u64 = 2 + 4 + 8 + 4 + 1 + 12;
+
+/// The codes of a sensor and what turns them into a picture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RawFile {
+    /// The codes.
+    pub codes: RawCodes,
+    /// Codes of no light behind the filters of two by two pixels, in reading order.
+    pub black: [f64; 4],
+    /// Code from which photosites are saturated.
+    pub white: f64,
+    /// Colours of the camera and of the light; `None` for a sensor without filters.
+    pub colours: Option<CameraColours>,
+    /// Stops by which the picture is brighter than its codes.
+    pub exposure: f64,
+    /// Orientation as in Exif: 1 for a first row at the top and a first column at the left.
+    pub orientation: u8,
+}
+
+/// A picture of a raw file.
+#[derive(Clone, Debug)]
+pub struct Developed {
+    /// Linear sRGB, in which light that saturates a photosite is at least 1, but for the exposure of the file.
+    pub picture: Picture,
+    /// CIE 1931 chromaticities of the light that is white in it; `None` for a sensor without filters.
+    pub white: Option<[f64; 2]>,
+}
+
+impl RawFile {
+    /// The word for the white balance of the file, [`WhiteBalance::Off`].
+    pub const AS_SHOT: &str = "as-shot";
+
+    /// Reads a DNG that is not compressed.
+    ///
+    /// # Errors
+    /// Returns an error if the file cannot be read, is no DNG, or lacks levels or colours.
+    pub fn read(path: &Path, context: &ReadContext) -> Result<Self, ImageError> {
+        let found = extension(path);
+        if found != "dng" {
+            return Err(ImageError::Format { path: path.to_owned(), found, known: ".dng" });
+        }
+        let io = |source| ImageError::Io { verb: "read", path: path.to_owned(), source };
+        context.register(path).map_err(io)?;
+        let bytes = context.bytes(path).map_err(|error| io(error.source))?;
+        let raw = tiff::read_raw(&bytes);
+        let raw = raw.map_err(|found| ImageError::Malformed { path: path.to_owned(), found })?;
+        let pixels = raw.codes.codes.len() as u64;
+        let claimed = context.claim(PIXEL_BYTES * pixels);
+        claimed.map_err(|found| declared::too_large(path, found))?;
+        Ok(raw)
+    }
+
+    /// Develops the picture with the white balance of the file, that of the mean colour, or that of a light.
+    ///
+    /// # Errors
+    /// Returns what was found if the camera cannot see this light as white, or if the picture is too small to tell its
+    /// colours.
+    pub fn develop(&self, white: WhiteBalance) -> Result<Developed, String> {
+        let size = self.codes.size;
+        let mut readings = self.readings();
+        let gain = self.exposure.exp2() as f32;
+        let (pixels, white) = match (&self.colours, self.codes.filters) {
+            (Some(colours), Some(filters)) => {
+                let neutral = match white {
+                    WhiteBalance::Off => colours.as_shot(),
+                    WhiteBalance::Auto => mean_channels(size, &readings, filters),
+                    WhiteBalance::White(light) => colours.neutral_of(light),
+                };
+                let neutral =
+                    neutral.filter(|neutral| neutral.is_finite() && neutral.min_element() > 0.0);
+                let neutral = neutral.ok_or("the camera has no white in this light")?;
+                let neutral = neutral / neutral.max_element();
+                // Only what has the least gain is right beyond the white level: highlights are clipped to white.
+                let gains = neutral.to_array().map(|share| (1.0 / share) as f32);
+                by_filter(size[0], &mut readings, |value, place| {
+                    (value * gains[usize::from(filters[place])]).min(1.0)
+                });
+                let mut pixels = demosaic(size, &readings, filters)?;
+                let (matrix, light) = colours.to_srgb(neutral)?;
+                let matrix = (matrix * f64::from(gain)).as_mat3();
+                pixels.par_iter_mut().for_each(|pixel| {
+                    *pixel = (matrix * glam::Vec3::from_array(*pixel)).to_array();
+                });
+                (pixels, Some(light))
+            }
+            _ => (readings.iter().map(|&value| [gain * value; 3]).collect(), None),
+        };
+        Ok(Developed { picture: oriented(Picture { size, pixels }, self.orientation), white })
+    }
+
+    /// Returns the readings: 0 without light, 1 if saturated.
+    fn readings(&self) -> Vec<f32> {
+        let scales = self.black.map(|black| 1.0 / (self.white - black));
+        let mut readings: Vec<f32> =
+            self.codes.codes.par_iter().map(|&code| f32::from(code)).collect();
+        by_filter(self.codes.size[0], &mut readings, |code, place| {
+            ((f64::from(code) - self.black[place]) * scales[place]) as f32
+        });
+        readings
+    }
+}
+
+/// Maps readings, by their place among two by two pixels in reading order.
+fn by_filter(width: usize, readings: &mut [f32], map: impl Fn(f32, usize) -> f32 + Sync) {
+    readings.par_chunks_exact_mut(width).enumerate().for_each(|(y, row)| {
+        for (x, value) in row.iter_mut().enumerate() {
+            *value = map(*value, (y & 1) * 2 + (x & 1));
+        }
+    });
+}
+
+/// Returns the means of the channels. Saturated photosites are left out, and those beside them, in two by two pixels.
+fn mean_channels([width, _]: [usize; 2], readings: &[f32], filters: [u8; 4]) -> Option<DVec3> {
+    let (mut sums, mut counts) = ([0.0; 3], [0.0; 3]);
+    for rows in readings.chunks_exact(2 * width) {
+        let (upper, lower) = rows.split_at(width);
+        for (a, b) in upper.as_chunks::<2>().0.iter().zip(lower.as_chunks::<2>().0) {
+            let cell = [a[0], a[1], b[0], b[1]];
+            if cell.iter().all(|&value| value < 1.0) {
+                for (value, filter) in cell.into_iter().zip(filters) {
+                    sums[usize::from(filter)] += f64::from(value);
+                    counts[usize::from(filter)] += 1.0;
+                }
+            }
+        }
+    }
+    Some(DVec3::from_array([0, 1, 2].map(|c| sums[c] / counts[c])))
+}
+
+/// Returns the picture upright, by its orientation in Exif 2.32.
+fn oriented(picture: Picture, orientation: u8) -> Picture {
+    let [width, height] = picture.size;
+    let (turned, mirrored_x, mirrored_y) = match orientation {
+        2 => (false, true, false),
+        3 => (false, true, true),
+        4 => (false, false, true),
+        5 => (true, false, false),
+        6 => (true, false, true),
+        7 => (true, true, true),
+        8 => (true, true, false),
+        _ => return picture,
+    };
+    let size = if turned { [height, width] } else { [width, height] };
+    let pixel = |i: usize| {
+        let at = [i % size[0], i / size[0]];
+        let [x, y] = if turned { [at[1], at[0]] } else { at };
+        let x = if mirrored_x { width - 1 - x } else { x };
+        let y = if mirrored_y { height - 1 - y } else { y };
+        picture.pixels[y * width + x]
+    };
+    Picture { size, pixels: (0..width * height).map(pixel).collect() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn grey(codes: Vec<u16>, size: [usize; 2]) -> RawFile {
+        RawFile {
+            codes: RawCodes { size, codes, filters: None, bits: 16 },
+            black: [100.0, 100.0, 100.0, 200.0],
+            white: 1100.0,
+            colours: None,
+            exposure: 1.0,
+            orientation: 1,
+        }
+    }
+
+    #[test]
+    fn levels_and_exposure_are_those_of_the_file() {
+        let raw = grey(vec![100, 1100, 50, 650], [2, 2]);
+        let Developed { picture, white } = raw.develop(WhiteBalance::Off).unwrap();
+        let found: Vec<f32> = picture.pixels.iter().map(|pixel| pixel[1]).collect();
+        assert_eq!((found, white), (vec![0.0, 2.0, -0.1, 1.0], None));
+    }
+
+    #[test]
+    fn orientations_turn_the_picture() {
+        // Row 0 is a b c, row 1 is d e f.
+        let codes: Vec<u16> = (0..6).map(|i| 100 + 100 * i).collect();
+        let letters = |orientation| {
+            let mut raw = RawFile { orientation, ..grey(codes.clone(), [3, 2]) };
+            raw.black = [100.0; 4];
+            let Developed { picture, .. } = raw.develop(WhiteBalance::Off).unwrap();
+            let rows = picture.pixels.chunks(picture.size[0]);
+            let letter = |pixel: &[f32; 3]| char::from(b'a' + (pixel[0] * 5.0).round() as u8);
+            rows.map(|row| row.iter().map(letter).collect::<String>()).collect::<Vec<_>>().join("/")
+        };
+        // The 0th row is at the top and the 0th column at the left, at the top and right, and so on (Exif 2.32).
+        let expected = [
+            "abc/def", "cba/fed", "fed/cba", "def/abc", "ad/be/cf", "da/eb/fc", "fc/eb/da",
+            "cf/be/ad",
+        ];
+        for (orientation, expected) in (1..).zip(expected) {
+            assert_eq!(letters(orientation), expected, "{orientation}");
+        }
+    }
+}

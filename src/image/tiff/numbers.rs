@@ -1,0 +1,124 @@
+//! Numbers and entries of a TIFF file (TIFF 6.0, 1992, section 2).
+
+/// Numbers of a TIFF file in its order of bytes.
+pub(super) struct Numbers<'a> {
+    pub bytes: &'a [u8],
+    little: bool,
+}
+
+impl<'a> Numbers<'a> {
+    /// Returns the numbers of a file, whose first two bytes tell the order of bytes.
+    pub fn new(bytes: &'a [u8]) -> Self {
+        Self { bytes, little: bytes.starts_with(b"II") }
+    }
+
+    /// Returns the place of the first directory, or `None` for a file that is no TIFF with addresses of 32 bits.
+    pub fn first_directory(&self) -> Option<usize> {
+        let is_tiff = self.at(2, 2) == Some(42) && (self.little || self.bytes.starts_with(b"MM"));
+        self.at(4, 4).filter(|_| is_tiff).map(|place| place as usize)
+    }
+
+    /// Returns the number of two bytes.
+    pub fn short(&self, bytes: [u8; 2]) -> u16 {
+        if self.little { u16::from_le_bytes(bytes) } else { u16::from_be_bytes(bytes) }
+    }
+
+    /// Returns the whole number of this many bytes at a place.
+    pub fn at(&self, place: usize, bytes: usize) -> Option<u64> {
+        let found = self.bytes.get(place..place.checked_add(bytes)?)?;
+        let add = |sum: u64, &byte: &u8| sum << 8 | u64::from(byte);
+        Some(if self.little { found.iter().rev().fold(0, add) } else { found.iter().fold(0, add) })
+    }
+
+    /// Returns type, place and number of the elements of an entry.
+    fn elements(
+        &self,
+        directory: usize,
+        tag: u16,
+        size_of: impl Fn(u64) -> Option<usize>,
+    ) -> Option<(u64, usize, usize)> {
+        let entries = self.at(directory, 2)? as usize;
+        let entry = (0..entries)
+            .map(|i| directory + 2 + 12 * i)
+            .find(|&entry| self.at(entry, 2) == Some(u64::from(tag)))?;
+        let kind = self.at(entry + 2, 2)?;
+        let count = usize::try_from(self.at(entry + 4, 4)?).ok()?;
+        let length = count.checked_mul(size_of(kind)?);
+        let length = length.filter(|&length| length <= self.bytes.len())?;
+        let from = if length <= 4 { entry + 8 } else { self.at(entry + 8, 4)? as usize };
+        Some((kind, from, count))
+    }
+
+    /// Returns the whole numbers of an entry of the directory at a place; none without the entry.
+    pub fn entry(&self, directory: usize, tag: u16) -> Option<Vec<u64>> {
+        let (kind, from, count) = self.elements(directory, tag, whole_size)?;
+        let size = whole_size(kind)?;
+        (0..count).map(|i| self.at(from + size * i, size)).collect()
+    }
+
+    /// Returns the numbers of an entry, whole ones, fractions or floats; none without the entry.
+    pub fn reals(&self, directory: usize, tag: u16) -> Option<Vec<f64>> {
+        let size_of = |kind| match kind {
+            5 | 10 | 12 => Some(8),
+            11 => Some(4),
+            _ => whole_size(kind),
+        };
+        let (kind, from, count) = self.elements(directory, tag, size_of)?;
+        let size = size_of(kind)?;
+        let number = |i: usize| {
+            let place = from + size * i;
+            let signed = |place| self.at(place, 4).map(|bits| f64::from(bits as u32 as i32));
+            Some(match kind {
+                5 => self.at(place, 4)? as f64 / self.at(place + 4, 4)? as f64,
+                10 => signed(place)? / signed(place + 4)?,
+                11 => f64::from(f32::from_bits(self.at(place, 4)? as u32)),
+                12 => f64::from_bits(self.at(place, 8)?),
+                _ => self.at(place, size)? as f64,
+            })
+        };
+        (0..count).map(number).collect()
+    }
+}
+
+/// Returns the bytes of a whole number without a sign of this type.
+fn whole_size(kind: u64) -> Option<usize> {
+    match kind {
+        1 | 7 => Some(1),
+        3 => Some(2),
+        4 | 13 => Some(4),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Returns a big-endian file of one directory with one entry, whose elements follow it.
+    fn file(kind: u16, count: u32, elements: &[u8]) -> Vec<u8> {
+        let mut bytes = b"MM\0\x2a\0\0\0\x08\0\x01\x01\0".to_vec();
+        bytes.extend(kind.to_be_bytes());
+        bytes.extend(count.to_be_bytes());
+        bytes.extend(22_u32.to_be_bytes());
+        bytes.extend(elements);
+        bytes
+    }
+
+    #[test]
+    fn fractions_and_floats_are_read_with_their_sign() {
+        let read = |kind, count, elements: &[u8]| {
+            let bytes = file(kind, count, elements);
+            let numbers = Numbers::new(&bytes);
+            numbers.reals(numbers.first_directory()?, 256)
+        };
+        let longs = |numbers: [i32; 4]| numbers.map(i32::to_be_bytes).concat();
+        assert_eq!(read(5, 2, &longs([3, 4, 7, 2])), Some(vec![0.75, 3.5]));
+        assert_eq!(read(10, 2, &longs([-3, 4, 7, 2])), Some(vec![-0.75, 3.5]));
+        assert_eq!(read(12, 1, &(-2.5_f64).to_be_bytes()), Some(vec![-2.5]));
+        assert_eq!(read(11, 2, &[1.5_f32.to_be_bytes(); 2].concat()), Some(vec![1.5; 2]));
+        assert_eq!(read(3, 3, &[0, 7, 1, 0, 0, 9]), Some(vec![7.0, 256.0, 9.0]));
+        assert_eq!(read(5, 3, &longs([3, 4, 7, 2])), None, "it is cut off");
+        assert_eq!(read(2, 4, b"text"), None);
+        assert!(read(5, 1, &[0; 8]).unwrap()[0].is_nan());
+    }
+}
