@@ -20,7 +20,7 @@ const OF_LENS_FILE: [&str; 4] = ["--zoom", "--wavelengths", "--catalogue", "--ap
 /// Arguments of `petzval chart`.
 #[derive(Debug, clap::Args)]
 pub(super) struct ChartArguments {
-    /// Chart: slanted edges, a grid of dots, white, or dead leaves
+    /// Chart: slanted edges, a grid of dots, white, dead leaves, or colours
     #[arg(value_enum)]
     kind: KindArgument,
     #[command(flatten)]
@@ -40,6 +40,8 @@ enum KindArgument {
     Flat,
     /// Dead leaves: random detail of all sizes, in a square in the middle; their picture stands beside the scene
     Leaves,
+    /// The 24 patches of the ColorChecker
+    Colours,
 }
 
 impl From<KindArgument> for ChartKind {
@@ -49,6 +51,7 @@ impl From<KindArgument> for ChartKind {
             KindArgument::Grid => Self::Grid,
             KindArgument::Flat => Self::Flat,
             KindArgument::Leaves => Self::Leaves,
+            KindArgument::Colours => Self::Colours,
         }
     }
 }
@@ -128,8 +131,14 @@ fn next_steps(chart: &Chart, scene: &Path, disperses: bool) -> String {
     if chart.spacing.is_some() {
         text += &(line(&["petzval", "measure", "grid", &picture]) + "\n");
     }
-    if let Some(LeavesSquare { region: [low, high], .. }) = &chart.leaves {
-        let region = format!("{},{},{},{}", low[0], low[1], high[0], high[1]);
+    let corners =
+        |[low, high]: &[[u32; 2]; 2]| format!("{},{},{},{}", low[0], low[1], high[0], high[1]);
+    if let Some(region) = &chart.colours {
+        let words = ["petzval", "measure", "colours", &picture, "--region", &corners(region)];
+        text += &(line(&words) + "\n");
+    }
+    if let Some(LeavesSquare { region, .. }) = &chart.leaves {
+        let region = corners(region);
         let texture = Path::new(&scene).with_extension("png").display().to_string();
         let words =
             ["petzval", "measure", "texture", &picture, "--region", &region, "--chart", &texture];
@@ -137,8 +146,8 @@ fn next_steps(chart: &Chart, scene: &Path, disperses: bool) -> String {
     }
     if !chart.edges.is_empty() {
         text += &line(&["petzval", "measure", &picture]);
-        for [low, high] in &chart.edges {
-            text += &format!(" --edge {},{},{},{}", low[0], low[1], high[0], high[1]);
+        for edge in &chart.edges {
+            text += &format!(" --edge {}", corners(edge));
         }
         text.push('\n');
     }

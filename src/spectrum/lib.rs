@@ -16,6 +16,7 @@ mod camera_matrices;
 mod camera_sensor;
 mod camera_tables;
 mod colour;
+mod colour_checker;
 mod colour_difference;
 mod colour_space;
 mod fluorescent;
@@ -37,6 +38,7 @@ pub use blackbody::blackbody;
 pub use buckets::{BucketShares, Buckets};
 pub use camera_sensor::{CameraResponse, CameraSensor, CameraTableError};
 pub use colour::Colour;
+pub use colour_checker::colour_checker;
 pub use colour_difference::{VISIBLE_DIFFERENCE, ciede2000, lab_from_srgb};
 pub use colour_space::{ColourSpace, srgb_from_xyz, white_balance, xyz_from_srgb};
 pub use glass::{
@@ -142,8 +144,13 @@ impl Spectrum {
     /// Returns the linear sRGB of a surface with this reflectance, in daylight (D65): a constant
     /// becomes a grey of that value. Channels below 0, outside the gamut, become 0.
     pub fn reflectance(&self) -> [f32; 3] {
-        let xyz = integrate(|nm| self.at(nm) * daylight_at(nm));
-        srgb_from_xyz(xyz).map(|c| c.max(0.0) as f32)
+        self.in_daylight().map(|c| c.max(0.0) as f32)
+    }
+
+    /// Returns the linear sRGB of a surface with this reflectance, in daylight (D65), with channels below 0 outside the
+    /// gamut.
+    pub fn in_daylight(&self) -> [f64; 3] {
+        srgb_from_xyz(integrate(|nm| self.at(nm) * daylight_at(nm)))
     }
 
     /// Returns the linear sRGB of a light of this spectrum, scaled to luminance 1.

@@ -10,7 +10,7 @@ use std::process::Command;
 use crate::support::{folder, in_parallel, petzval, root, write};
 
 /// Commands of the manual that the test does not run, with the reason.
-const NOT_RUN: [(&str, &str); 37] = [
+const NOT_RUN: [(&str, &str); 39] = [
     ("petzval view scenes/atelier.pbrt", "waits for Ctrl-C; tests/view runs it"),
     (
         "petzval lens mine.toml --catalogue SCHOTT_OLD.AGF --catalogue catalogues/",
@@ -55,6 +55,15 @@ const NOT_RUN: [(&str, &str); 37] = [
     (
         "petzval measure texture leaves.exr --region 300,150,600,450 --chart leaves.png --second again.exr",
         "needs pictures; tests/command/measure.rs renders them",
+    ),
+    (
+        "petzval chart colours lenses/dgauss.50mm.dat --film-size 36x24 --resolution 900x600 --focus 2m --fstop 8 \
+         -o colours.pbrt",
+        "needs more pixels than this test gives; tests/command/colours.rs draws it",
+    ),
+    (
+        "petzval measure colours colours.exr --region 90,62,810,537 --flat flat.exr",
+        "needs pictures; tests/command/colours.rs renders them",
     ),
     ("petzval measure grid grid.exr", "needs a picture; tests/command/measure.rs renders it"),
     (
@@ -400,6 +409,7 @@ fn the_manual_describes_every_option_and_no_other() {
         "accuracy",
         "compare",
         "measure",
+        "measure colours",
         "measure grid",
         "measure noise",
         "measure texture",

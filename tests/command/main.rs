@@ -6,6 +6,7 @@ mod support;
 mod accuracy;
 mod bench;
 mod cli;
+mod colours;
 mod compare;
 mod dataset;
 mod denoise;

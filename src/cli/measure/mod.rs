@@ -1,5 +1,6 @@
 //! `petzval measure`: spatial frequency response of slanted edges in a picture, distortion, and the noise of a sensor.
 
+mod colours;
 mod grid;
 mod noise;
 mod texture;
@@ -9,6 +10,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use clap::{Subcommand, ValueEnum};
+use colours::ColoursArguments;
 use grid::GridArguments;
 use noise::NoiseArguments;
 use petzval_base::io::{Outputs, ReadContext, path_excerpt};
@@ -60,6 +62,8 @@ pub(super) struct MeasureArguments {
 
 #[derive(Debug, Subcommand)]
 enum MeasureCommand {
+    /// Measure colour errors from a picture of a colour checker
+    Colours(ColoursArguments),
     /// Measure distortion and lateral colour from a picture of a grid of dark dots
     Grid(GridArguments),
     /// Measure the noise of a sensor from pictures of uniform light (EMVA 1288): gain, read noise, DSNU,
@@ -96,6 +100,7 @@ pub(super) fn run(arguments: &MeasureArguments) -> Result<Outcome, Failure> {
     let MeasureArguments { command, picture, edge: regions, channel, flat, csv, json, .. } =
         arguments;
     match command {
+        Some(MeasureCommand::Colours(arguments)) => return colours::run(arguments),
         Some(MeasureCommand::Grid(arguments)) => return grid::run(arguments),
         Some(MeasureCommand::Noise(arguments)) => return noise::run(arguments),
         Some(MeasureCommand::Texture(arguments)) => return texture::run(arguments),
@@ -107,7 +112,7 @@ pub(super) fn run(arguments: &MeasureArguments) -> Result<Outcome, Failure> {
     let file = path_excerpt(path);
     let mut places = Vec::new();
     for &[low, high] in regions {
-        let name = format!("--edge {},{},{},{}", low[0], low[1], high[0], high[1]);
+        let name = region_option("--edge", [low, high]);
         places.push((name.clone(), region_within(&name, [low, high], &picture, path)?));
     }
     if let Some(flat) = flat {
@@ -125,6 +130,11 @@ pub(super) fn run(arguments: &MeasureArguments) -> Result<Outcome, Failure> {
         true => format!("{:#}\n", json_of(arguments, &edges)),
         false => text_of(arguments, &edges),
     })
+}
+
+/// Returns an option that asks for a region.
+fn region_option(option: &str, [low, high]: [[u32; 2]; 2]) -> String {
+    format!("{option} {},{},{},{}", low[0], low[1], high[0], high[1])
 }
 
 /// Returns a region of a picture (pixels).

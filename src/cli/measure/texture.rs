@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 
 use super::super::arguments::values::typed;
 use super::super::{Failure, Outcome};
-use super::{Channel, region_within};
+use super::{Channel, region_option, region_within};
 
 /// Arguments of `petzval measure texture`.
 #[derive(Debug, clap::Args)]
@@ -43,8 +43,7 @@ pub(super) fn run(arguments: &TextureArguments) -> Result<Outcome, Failure> {
     let context = ReadContext::default();
     let read = |path: &PathBuf| Picture::read_with(path, Transfer::Srgb, &context);
     let (picture, chart) = (read(path)?, read(chart)?);
-    let [low, high] = region;
-    let name = format!("--region {},{},{},{}", low[0], low[1], high[0], high[1]);
+    let name = region_option("--region", *region);
     let place = region_within(&name, *region, &picture, path)?;
     let second = match second {
         None => None,

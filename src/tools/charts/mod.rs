@@ -1,5 +1,6 @@
 //! Test charts as scenes: flat, in the plane in focus of a given camera, and filling its picture.
 
+pub(crate) mod colours;
 pub(crate) mod leaves;
 mod patch;
 mod scene_text;
@@ -8,6 +9,7 @@ mod view;
 pub use scene_text::ChartCamera;
 pub use view::{ChartError, ChartView};
 
+use colours::colours;
 use leaves::leaves;
 use patch::{Patch, dots, flat, squares};
 use petzval_image::Picture;
@@ -20,6 +22,9 @@ const EDGE_REFLECTANCES: [f64; 2] = [0.18, 0.72];
 const GREY: f64 = 0.18;
 const MAX_LEAVES: u32 = 400;
 
+/// Reflectance of the frame about the patches of the colour checker.
+const FRAME: f64 = 0.04;
+
 /// A test chart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ChartKind {
@@ -31,6 +36,8 @@ pub enum ChartKind {
     Flat,
     /// Dead leaves: random detail of all sizes, in a square in the middle.
     Leaves,
+    /// The 24 patches of the ColorChecker.
+    Colours,
 }
 
 /// Leaves in the middle of a chart.
@@ -53,6 +60,9 @@ pub struct Chart {
     pub spacing: Option<f64>,
     /// Dead leaves, if the chart has them.
     pub leaves: Option<LeavesSquare>,
+    /// The pixels that the patches of the colour checker fill, if the chart has them: first column and row, and those
+    /// that no longer do.
+    pub colours: Option<[[u32; 2]; 2]>,
 }
 
 impl Chart {
@@ -62,12 +72,16 @@ impl Chart {
     /// Returns an error if no flat chart can fill it, or if it has too few pixels.
     pub fn new(kind: ChartKind, view: &ChartView<'_>) -> Result<Self, ChartError> {
         let (mut patches, mut edges, mut spacing) = (Vec::new(), Vec::new(), None);
-        let mut square = None;
+        let (mut square, mut checker) = (None, None);
         match kind {
             ChartKind::Flat => patches.push(flat(view, 1.0)?),
             ChartKind::Leaves => {
                 patches.push(flat(view, GREY)?);
                 square = Some(leaves_square(view)?);
+            }
+            ChartKind::Colours => {
+                patches.push(flat(view, FRAME)?);
+                checker = Some(colours(view, &mut patches)?);
             }
             ChartKind::Grid => {
                 patches.push(flat(view, 1.0)?);
@@ -79,7 +93,7 @@ impl Chart {
                 edges = squares(view, dark, &mut patches)?;
             }
         }
-        Ok(Self { kind, patches, edges, spacing, leaves: square })
+        Ok(Self { kind, patches, edges, spacing, leaves: square, colours: checker })
     }
 }
 

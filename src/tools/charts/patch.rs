@@ -2,10 +2,19 @@
 
 use super::view::{ChartError, ChartView, MIN_EDGES, MIN_GRID};
 
+/// Reflectance of a patch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Reflectance {
+    /// The same at every wavelength.
+    Grey(f64),
+    /// That of a patch of the colour checker.
+    OfChecker(usize),
+}
+
 /// A patch of one reflectance.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Patch {
-    pub reflectance: f64,
+    pub reflectance: Reflectance,
     pub shape: PatchShape,
 }
 
@@ -39,6 +48,7 @@ const DOT_REFLECTANCE: f64 = 0.04;
 /// Returns a background that is larger than the picture.
 pub(super) fn flat(view: &ChartView<'_>, reflectance: f64) -> Result<Patch, ChartError> {
     let [x, y] = view.reach()?.map(|reach| MARGIN * reach);
+    let reflectance = Reflectance::Grey(reflectance);
     Ok(Patch { reflectance, shape: PatchShape::Quad([[-x, -y], [x, -y], [x, y], [-x, y]]) })
 }
 
@@ -52,7 +62,7 @@ pub(super) fn dots(view: &ChartView<'_>, to: &mut Vec<Patch>) -> Result<f64, Cha
         for column in -count[0]..=count[0] {
             let centre = [column, row].map(|n| spacing * f64::from(n));
             let shape = PatchShape::Disk { centre, radius: DOT * spacing };
-            to.push(Patch { reflectance: DOT_REFLECTANCE, shape });
+            to.push(Patch { reflectance: Reflectance::Grey(DOT_REFLECTANCE), shape });
         }
     }
     Ok(spacing)
@@ -89,7 +99,10 @@ pub(super) fn squares(
         };
         let corners =
             [corner(-1.0, -1.0)?, corner(1.0, -1.0)?, corner(1.0, 1.0)?, corner(-1.0, 1.0)?];
-        to.push(Patch { reflectance, shape: PatchShape::Quad(corners) });
+        to.push(Patch {
+            reflectance: Reflectance::Grey(reflectance),
+            shape: PatchShape::Quad(corners),
+        });
         let [length, across] = REGION.map(|share| share * side / 2.0);
         let region = |at: [f64; 2], half: [f64; 2]| {
             let low = [0, 1].map(|i| (at[i] - half[i] + 0.5).round().max(0.0) as u32);

@@ -3,7 +3,9 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use super::patch::{Patch, PatchShape};
+use petzval_spectrum::{Spectrum, colour_checker};
+
+use super::patch::{Patch, PatchShape, Reflectance};
 use super::view::{ChartError, ChartView};
 use super::{Chart, ChartKind, LeavesSquare};
 
@@ -51,6 +53,7 @@ impl Chart {
             ChartKind::Grid => "Grid of dots",
             ChartKind::Flat => "White",
             ChartKind::Leaves => "Dead leaves",
+            ChartKind::Colours => "Colour checker",
         };
         let command: String =
             command.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
@@ -67,14 +70,11 @@ impl Chart {
             quoted(&camera.lens.display().to_string()),
             camera.stop_diameter,
         );
-        let mut reflectance = f64::NAN;
+        let mut reflectance = None;
         for (i, patch) in self.patches.iter().enumerate() {
-            if patch.reflectance != reflectance {
-                reflectance = patch.reflectance;
-                let _ = writeln!(
-                    text,
-                    "\nMaterial \"diffuse\" \"rgb reflectance\" [{reflectance} {reflectance} {reflectance}]"
-                );
+            if reflectance != Some(patch.reflectance) {
+                reflectance = Some(patch.reflectance);
+                write_material(&mut text, patch.reflectance);
             }
             // Dots do not overlap, and squares neither: all lie on the background.
             let z = distance * (1.0 - LAYER * f64::from(u8::from(i > 0)));
@@ -114,6 +114,22 @@ fn quad(corners: &[[f64; 2]; 4], z: f64) -> String {
         "Shape \"trianglemesh\" \"point3 P\" [{}] \"integer indices\" [0 1 2 0 2 3]",
         points.join("  ")
     )
+}
+
+fn write_material(text: &mut String, reflectance: Reflectance) {
+    let _ = match reflectance {
+        Reflectance::Grey(grey) => {
+            writeln!(text, "\nMaterial \"diffuse\" \"rgb reflectance\" [{grey} {grey} {grey}]")
+        }
+        Reflectance::OfChecker(patch) => {
+            let Some((name, Spectrum::Samples(samples))) = colour_checker().nth(patch) else {
+                return;
+            };
+            let samples = samples.iter().map(|[nm, value]| format!("{nm} {value:.3}"));
+            let samples = samples.collect::<Vec<_>>().join(" ");
+            writeln!(text, "\n# {name}\nMaterial \"diffuse\" \"spectrum reflectance\" [{samples}]")
+        }
+    };
 }
 
 fn write_patch(text: &mut String, patch: &Patch, z: f64) {
