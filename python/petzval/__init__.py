@@ -20,6 +20,7 @@ _cpu.check()
 from . import arrays as _arrays
 from . import error_against_time as _error_against_time
 from . import keywords as _keywords
+from . import measure as measure
 from . import progress as _progress
 from . import settings as _settings
 from ._petzval import (
@@ -66,6 +67,7 @@ __all__ = [
     "dataset",
     "develop",
     "lens_models",
+    "measure",
     "passes",
     "plan",
     "prepare",

@@ -73,7 +73,7 @@ pub fn develop<'py>(
     let developed = py.detach(|| {
         let raw =
             RawFile::read(&path, &ReadContext::default()).map_err(|error| image_error(&error))?;
-        raw.develop(white).map_err(|found| value_error(format!("{}: {found}", path.display())))
+        raw.develop(white).map_err(|error| value_error(format!("{}: {error}", path.display())))
     })?;
     array::of_picture(py, &developed.picture, developed.white.is_none())
 }

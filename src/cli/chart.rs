@@ -11,6 +11,7 @@ use petzval_tools::charts::{Chart, ChartCamera, ChartKind, ChartView, LeavesSqua
 
 use super::arguments::argv::{accepted_words, argv, shell_line};
 use super::lens::LensCameraArguments;
+use super::measure::region_text;
 use super::outputs::claim_writable;
 use super::{Failure, Outcome};
 
@@ -131,14 +132,12 @@ fn next_steps(chart: &Chart, scene: &Path, disperses: bool) -> String {
     if chart.spacing.is_some() {
         text += &(line(&["petzval", "measure", "grid", &picture]) + "\n");
     }
-    let corners =
-        |[low, high]: &[[u32; 2]; 2]| format!("{},{},{},{}", low[0], low[1], high[0], high[1]);
     if let Some(region) = &chart.colours {
-        let words = ["petzval", "measure", "colours", &picture, "--region", &corners(region)];
+        let words = ["petzval", "measure", "colours", &picture, "--region", &region_text(*region)];
         text += &(line(&words) + "\n");
     }
     if let Some(LeavesSquare { region, .. }) = &chart.leaves {
-        let region = corners(region);
+        let region = region_text(*region);
         let texture = Path::new(&scene).with_extension("png").display().to_string();
         let words =
             ["petzval", "measure", "texture", &picture, "--region", &region, "--chart", &texture];
@@ -147,7 +146,7 @@ fn next_steps(chart: &Chart, scene: &Path, disperses: bool) -> String {
     if !chart.edges.is_empty() {
         text += &line(&["petzval", "measure", &picture]);
         for edge in &chart.edges {
-            text += &format!(" --edge {}", corners(edge));
+            text += &format!(" --edge {}", region_text(*edge));
         }
         text.push('\n');
     }

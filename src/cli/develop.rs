@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use petzval_base::io::{Outputs, path_excerpt};
 use petzval_image::{
-    DisplayExposure, EncodingOptions, ImageFormat, Note, PictureWindow, RawFile, WhiteBalance,
+    DisplayExposure, EncodingOptions, ImageFormat, Note, PictureWindow, RawFile, ToneCurve,
+    WhiteBalance,
 };
 
 use super::arguments::argv::{argv, shell_line};
@@ -19,7 +20,7 @@ use super::{Failure, Outcome};
 pub(super) struct DevelopArguments {
     /// Raw file: a .dng that is not compressed
     raw: PathBuf,
-    /// Picture to write: .exr (linear sRGB), .png, .jpg or .tif
+    /// Picture to write: .exr or .npy (linear sRGB), .png, .jpg or .tif
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     /// Light that is white in the picture: that of the file (default), a colour temperature such as 3200K, D65, A,
@@ -32,8 +33,8 @@ pub(super) struct DevelopArguments {
         hide_default_value = true
     )]
     white_balance: WhiteBalance,
-    /// Brightness of PNG, JPEG and TIFF in stops, such as -1.5 or 2EV, or auto. 0, the default, shows saturated
-    /// photosites as white
+    /// Brightness of PNG, JPEG and TIFF in stops, such as -1.5 or 2EV, or auto. 0, the default, shows the
+    /// white of the file as white
     #[arg(long, value_name = "EV|auto", allow_hyphen_values = true, help_heading = "Picture")]
     exposure: Option<DisplayExposure>,
     #[command(flatten)]
@@ -58,14 +59,22 @@ pub(super) fn run(arguments: &DevelopArguments) -> Result<Outcome, Failure> {
     };
     encoding.check(output)?;
     file.warn(output, format);
+    if format.is_linear() && (exposure.is_some() || file.tone != ToneCurve::Linear) {
+        let name = output.display();
+        say!(
+            "petzval: warning: {name} has linear light: --exposure and --tone are for PNG, JPEG and TIFF"
+        );
+    }
     let memory = Memory::new(None);
     let context = memory.context();
-    let developed = RawFile::read(raw, context)?.develop(*white_balance);
-    let developed = developed.map_err(|found| match white_balance {
-        WhiteBalance::Off => format!("cannot develop {}: {found}", path_excerpt(raw)),
-        _ => format!("--white-balance: {found}; try as-shot"),
-    })?;
+    let raw_file = RawFile::read(raw, context)?;
     let target = claim_writable(&Outputs::beside(&context.files()), output, "-o")?;
+    let developed = raw_file.develop(*white_balance);
+    let developed = developed.map_err(|error| format!("{}: {error}", path_excerpt(raw)))?;
+    if !developed.left_out.is_empty() {
+        let names = developed.left_out.join(", ");
+        say!("petzval: warning: {} asks for corrections that are left out: {names}", raw.display());
+    }
     let exposure = exposure.unwrap_or_default();
     encoding.exposure = DisplayExposure::by(exposure.factor(&developed.picture));
     encoding.grey = developed.white.is_none();
@@ -81,7 +90,7 @@ pub(super) fn run(arguments: &DevelopArguments) -> Result<Outcome, Failure> {
     let [width, height] = developed.picture.size;
     let white = match developed.white {
         Some([x, y]) => {
-            notes.push(("displayWhite", Note::Text(format!("{x:.4},{y:.4}"))));
+            notes.push(("rawWhite", Note::Text(format!("{x:.4},{y:.4}"))));
             format!("white is light of {x:.4},{y:.4}")
         }
         None => "a sensor without filters".to_owned(),

@@ -103,10 +103,11 @@ enum Command {
     Develop(DevelopArguments),
     /// Measure how far a picture is from a reference
     Compare(CompareArguments),
-    /// Draw a test chart that fills the picture of a lens, as a scene: slanted edges, a grid of dots, white
+    /// Draw a test chart that fills the picture of a lens, as a scene: slanted edges, a grid of dots, white, dead leaves,
+    /// colours
     Chart(ChartArguments),
-    /// Measure a picture: the spatial frequency response of slanted edges (ISO 12233), distortion, and the noise
-    /// of a sensor
+    /// Measure a picture: the spatial frequency response of slanted edges (ISO 12233) and of texture, distortion, colours,
+    /// and the noise of a sensor
     Measure(MeasureArguments),
     /// Measure the speed of this machine, in about 10 s
     Bench(BenchArguments),

@@ -98,7 +98,7 @@ pub enum ImageFormat {
     Jpeg,
     /// TIFF of 16 bits.
     Tiff,
-    /// Digital Negative: the mosaic of a sensor. It cannot be read.
+    /// Digital Negative: the mosaic of a sensor, which [`RawFile`](crate::RawFile) reads.
     Dng,
     /// Array of NumPy: height x width x buckets of the spectral layer, or else height x width x 3 of
     /// linear sRGB, or height x width of a grey picture. It has no metadata and cannot be read.

@@ -28,7 +28,7 @@ use std::io::{self, BufWriter, Read};
 use std::path::{Path, PathBuf};
 
 pub use channels::ChannelImage;
-pub use develop::{CameraColours, Developed, RawFile};
+pub use develop::{DevelopError, Developed, RawFile};
 use display::DisplayMapping;
 pub use display::decode_image;
 pub use display::{DisplayExposure, srgb_decode, srgb_encode};

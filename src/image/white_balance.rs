@@ -10,7 +10,7 @@ use petzval_spectrum::{Primaries, Spectrum, adapt, d_illuminant, daylight, named
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub enum WhiteBalance {
-    /// Colours as they are: white is that of sRGB.
+    /// Colours as they are: white is that of sRGB, and in a raw file the white balance of the file.
     #[default]
     Off,
     /// The mean light of the picture, as if its world were grey in the mean. A pixel brighter than

@@ -45,6 +45,9 @@ pub fn d65() -> Spectrum {
     d_illuminant(6500.0)
 }
 
+/// Chromaticities of D50, the white of DNG and of ICC profiles (CIE 15:2018).
+pub const D50: [f64; 2] = [0.345_67, 0.358_51];
+
 /// Returns the daylight illuminant of a nominal temperature (K), such as 5000 for D50.
 pub fn d_illuminant(kelvin: f64) -> Spectrum {
     daylight(kelvin * C2_RATIO)

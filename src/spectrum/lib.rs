@@ -46,7 +46,7 @@ pub use glass::{
     GlassMatch, IndexRangeError, InternalTransmittance, find_glass, likely_glass, parse_agf,
     suggest_glass,
 };
-pub use illuminant::{d_illuminant, d65, daylight};
+pub use illuminant::{D50, d_illuminant, d65, daylight};
 pub use metal::{ChannelMetal, fit_metal, fresnel, metal_reflectance};
 pub use named::{named_spectrum, spectrum_names};
 pub use observer::{VISIBLE, colour_matching};

@@ -31,8 +31,8 @@ fn a_developed_picture_is_that_of_the_sensor() {
         let raw =
             petzval(at, &["render", "a.pbrt", "-q", "-o", "a.dng", &bayer, "--sensor", QUIET]);
         assert_eq!(raw.0, 0, "{}", raw.2);
-        let whole = petzval(at, &["render", "a.pbrt", "-q", "-o", "a.exr", "--sensor", QUIET]);
-        assert_eq!(whole.0, 0, "{}", whole.2);
+        let picture = petzval(at, &["render", "a.pbrt", "-q", "-o", "a.exr", "--sensor", QUIET]);
+        assert_eq!(picture.0, 0, "{}", picture.2);
         let (code, _, stderr) = petzval(at, &["develop", "a.dng", "-o", "b.exr"]);
         assert_eq!(code, 0, "{stderr}");
         assert!(
@@ -49,6 +49,23 @@ fn a_developed_picture_is_that_of_the_sensor() {
             }
         }
     }
+    // Linear light has no tone.
+    let (_, _, stderr) =
+        petzval(at, &["develop", "a.dng", "-o", "c.exr", "--tone", "filmic", "--half"]);
+    assert!(stderr.contains("--exposure and --tone are for PNG"), "{stderr}");
+    let (code, _, stderr) =
+        petzval(at, &["develop", "a.dng", "-o", "c.jpg", "--exposure", "auto", "--half"]);
+    assert!(
+        code == 0 && stderr.contains("exposure ") && stderr.contains("--half is for EXR"),
+        "{stderr}"
+    );
+    let warm = ["develop", "a.dng", "-o", "warm.exr", "--white-balance", "auto"];
+    let (code, _, stderr) = petzval(at, &warm);
+    assert_eq!(code, 0, "{stderr}");
+    // The mean of the three colours is grey.
+    let warm = Picture::read(&at.join("warm.exr")).unwrap();
+    let means = [0, 1, 2].map(|c| warm.pixels.iter().map(|pixel| pixel[c]).sum::<f32>());
+    assert!((0..3).all(|c| (means[c] / means[1] - 1.0).abs() < 0.02), "{means:?}");
     // Files for display have the exposure and the tone that are asked for.
     let (code, _, stderr) = petzval(
         at,
@@ -87,7 +104,14 @@ fn saturated_photosites_are_white() {
     let raw = RawFile::read(&at.join("a.dng"), &Default::default()).unwrap();
     let pixel = raw.develop(WhiteBalance::Off).unwrap().picture.pixels[48 * 16 + 40];
     // All channels of the third colour are saturated.
-    assert!(pixel.iter().all(|value| (value - 1.0).abs() < 2e-3), "{pixel:?}");
+    assert!(pixel.iter().all(|value| (value - 1.0).abs() < 1e-4), "{pixel:?}");
+    // Below the base speed the full well comes before white: the exposure of the file says so.
+    let slow = QUIET.replace("iso=100", "iso=80");
+    let raw = petzval(at, &["render", "a.pbrt", "-q", "-o", "a.dng", "--bayer", "--sensor", &slow]);
+    assert_eq!(raw.0, 0, "{}", raw.2);
+    let raw = RawFile::read(&at.join("a.dng"), &Default::default()).unwrap();
+    let pixel = raw.develop(WhiteBalance::Off).unwrap().picture.pixels[48 * 16 + 40];
+    assert!(pixel.iter().all(|value| (value - 0.8).abs() < 1e-4), "{pixel:?}");
 }
 
 #[test]
@@ -115,7 +139,7 @@ fn faults_have_a_remedy() {
         ("a.dng -o b.jpg --bit-depth 16", "--bit-depth is for PNG"),
         ("a.dng -o b.png --white-balance warm", "x,y, auto or as-shot"),
         ("a.dng -o b.png --white-balance off", "x,y, auto or as-shot"),
-        ("a.dng -o b.png --white-balance 0.72,0.27", "--white-balance"),
+        ("a.dng -o b.png --white-balance 0.72,0.27", "expected a temperature"),
         ("none.dng -o b.png", "none.dng"),
         ("cut.dng -o b.png", "cut off"),
         ("text.dng -o b.png", "not a TIFF file"),

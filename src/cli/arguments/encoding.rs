@@ -13,7 +13,7 @@ use crate::cli::Failure;
 /// Least width and height of raw files in libraw (pixels).
 const LEAST_RAW: u32 = 22;
 
-/// Numbers and tone of a file.
+/// Bit depth and tone curve of a file.
 #[derive(Clone, Debug, PartialEq, clap::Args)]
 pub(in crate::cli) struct FileArguments {
     /// Write 16-bit floats (EXR)
@@ -31,7 +31,7 @@ pub(in crate::cli) struct FileArguments {
 }
 
 impl FileArguments {
-    /// Warns of numbers that the format does not have.
+    /// Warns of a bit depth that the format does not have.
     pub fn warn(&self, output: &Path, format: ImageFormat) {
         if self.half && format != ImageFormat::Exr {
             let (name, bits) = (output.display(), format.bits(self.bit_depth));

@@ -7,11 +7,10 @@ use petzval_base::io::{ReadContext, path_excerpt};
 use petzval_image::{Picture, Transfer};
 use petzval_render::prepare::settings;
 use petzval_tools::chart_analysis::{ColourPatches, PatchColour};
-use serde_json::{Value, json};
 
 use super::super::arguments::values::typed;
 use super::super::{Failure, Outcome};
-use super::{divide, region_option, region_within};
+use super::{divide, region_text, region_within};
 
 /// Mean difference from which the region is probably not that of the patches.
 const DOUBTFUL: f64 = 15.0;
@@ -39,23 +38,29 @@ pub(super) fn run(arguments: &ColoursArguments) -> Result<Outcome, Failure> {
     let ColoursArguments { picture: path, region, flat, csv, json } = arguments;
     let context = ReadContext::default();
     let mut picture = Picture::read_with(path, Transfer::Srgb, &context)?;
-    let name = region_option("--region", *region);
+    let name = format!("--region {}", region_text(*region));
     let place = region_within(&name, *region, &picture, path)?;
     if let Some(flat) = flat {
         divide(&mut picture, flat, &[(name.clone(), place)], &context)?;
     }
     let colours = ColourPatches::measure(&picture, place)
         .map_err(|error| format!("{name} of {}: {error}", path_excerpt(path)))?;
+    if colours.mean_difference() > DOUBTFUL {
+        say!(
+            "petzval: warning: these are probably not the patches: {name} is to begin at the upper left of dark skin and to \
+             end at the lower right of black"
+        );
+    }
     super::write_table(csv.as_deref(), &context, || table(&colours))?;
     super::super::print(&match json {
-        true => format!("{:#}\n", json_of(arguments, &colours)),
+        true => format!("{:#}\n", super::with_source(colours.json(), path, Some(*region))),
         false => text_of(&colours),
     })
 }
 
 fn table(colours: &ColourPatches) -> String {
     let mut text =
-        "patch,red,green,blue,noise,L,a,b,expected L,expected a,expected b,dE2000\n".to_owned();
+        "patch,red,green,blue,noise,L,a,b,expected_L,expected_a,expected_b,dE2000\n".to_owned();
     for patch in &colours.patches {
         let PatchColour { name, mean, noise, lab, expected } = patch;
         let numbers = [&mean[..], &[*noise], lab, expected, &[patch.difference()]].concat();
@@ -77,10 +82,6 @@ fn text_of(colours: &ColourPatches) -> String {
         1.0 / colours.scale,
         -colours.scale.log2(),
     );
-    if colours.mean_difference() > DOUBTFUL {
-        text += "These are probably not the patches: the region begins at the upper left of dark skin and ends at the \
-                 lower right of black.\n";
-    }
     let _ = writeln!(
         text,
         "\n{:<14}{:>24}{:>24}{:>8}{:>8}",
@@ -99,25 +100,4 @@ fn text_of(colours: &ColourPatches) -> String {
         );
     }
     text
-}
-
-fn json_of(arguments: &ColoursArguments, colours: &ColourPatches) -> Value {
-    let one = |patch: &PatchColour| {
-        json!({
-            "name": patch.name,
-            "mean": patch.mean,
-            "noise": patch.noise,
-            "lab": patch.lab,
-            "expected_lab": patch.expected,
-            "de2000": patch.difference(),
-        })
-    };
-    json!({
-        "picture": arguments.picture.display().to_string(),
-        "region": arguments.region.as_flattened(),
-        "brightness": 1.0 / colours.scale,
-        "mean_de2000": colours.mean_difference(),
-        "white_balance_error": colours.white_balance_error(),
-        "patches": colours.patches.iter().map(one).collect::<Vec<Value>>(),
-    })
 }

@@ -6,7 +6,6 @@ use std::path::PathBuf;
 use petzval_base::io::{ReadContext, path_excerpt};
 use petzval_image::{Picture, Transfer};
 use petzval_tools::chart_analysis::{DotGrid, GridDot};
-use serde_json::{Value, json};
 
 use super::super::{Failure, Outcome};
 
@@ -34,7 +33,7 @@ pub(super) fn run(arguments: &GridArguments) -> Result<Outcome, Failure> {
         DotGrid::measure(&picture).map_err(|error| format!("{}: {error}", path_excerpt(path)))?;
     super::write_table(csv.as_deref(), &context, || table(&grid))?;
     super::super::print(&match json {
-        true => format!("{:#}\n", json_of(arguments, &grid)),
+        true => format!("{:#}\n", super::with_source(grid.json(), path, None)),
         false => text_of(&grid),
     })
 }
@@ -101,26 +100,4 @@ fn text_of(grid: &DotGrid) -> String {
         );
     }
     text
-}
-
-fn json_of(arguments: &GridArguments, grid: &DotGrid) -> Value {
-    let dot = |dot: &GridDot| {
-        json!({
-            "index": dot.index,
-            "at": dot.at,
-            "distortion_percent": 100.0 * dot.distortion,
-            "radius": grid.radius(dot),
-            "red_minus_green": dot.colour[0],
-            "blue_minus_green": dot.colour[1],
-            "lateral_colour": grid.lateral_colour(dot),
-        })
-    };
-    json!({
-        "picture": arguments.picture.display().to_string(),
-        "middle": grid.middle,
-        "steps": grid.steps,
-        "residual": grid.residual,
-        "distortion_percent": 100.0 * grid.farthest().distortion,
-        "dots": grid.dots.iter().map(dot).collect::<Vec<Value>>(),
-    })
 }

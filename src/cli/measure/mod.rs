@@ -1,4 +1,5 @@
-//! `petzval measure`: spatial frequency response of slanted edges in a picture, distortion, and the noise of a sensor.
+//! `petzval measure`: spatial frequency response of slanted edges and of texture, distortion, colours, and the noise of
+//! a sensor.
 
 mod colours;
 mod grid;
@@ -16,7 +17,7 @@ use noise::NoiseArguments;
 use petzval_base::io::{Outputs, ReadContext, path_excerpt};
 use petzval_image::{Picture, Transfer};
 use petzval_render::prepare::settings;
-use petzval_tools::chart_analysis::{EdgeAxis, EdgeResponse};
+use petzval_tools::chart_analysis::{EdgeAxis, EdgeResponse, luminance};
 use serde_json::{Value, json};
 use texture::TextureArguments;
 
@@ -88,7 +89,7 @@ impl Channel {
     fn of(self, [r, g, b]: [f32; 3]) -> f64 {
         let [r, g, b] = [r, g, b].map(f64::from);
         match self {
-            Self::Luminance => 0.2126 * r + 0.7152 * g + 0.0722 * b,
+            Self::Luminance => luminance([r, g, b]),
             Self::Red => r,
             Self::Green => g,
             Self::Blue => b,
@@ -112,7 +113,7 @@ pub(super) fn run(arguments: &MeasureArguments) -> Result<Outcome, Failure> {
     let file = path_excerpt(path);
     let mut places = Vec::new();
     for &[low, high] in regions {
-        let name = region_option("--edge", [low, high]);
+        let name = format!("--edge {}", region_text([low, high]));
         places.push((name.clone(), region_within(&name, [low, high], &picture, path)?));
     }
     if let Some(flat) = flat {
@@ -132,9 +133,9 @@ pub(super) fn run(arguments: &MeasureArguments) -> Result<Outcome, Failure> {
     })
 }
 
-/// Returns an option that asks for a region.
-fn region_option(option: &str, [low, high]: [[u32; 2]; 2]) -> String {
-    format!("{option} {},{},{},{}", low[0], low[1], high[0], high[1])
+/// Returns the value of an option that asks for a region.
+pub(super) fn region_text([low, high]: [[u32; 2]; 2]) -> String {
+    format!("{},{},{},{}", low[0], low[1], high[0], high[1])
 }
 
 /// Returns a region of a picture (pixels).
@@ -258,25 +259,22 @@ fn text_of(arguments: &MeasureArguments, edges: &[EdgeResponse]) -> String {
 
 fn json_of(arguments: &MeasureArguments, edges: &[EdgeResponse]) -> Value {
     let one = |(edge, region): (&EdgeResponse, &[[u32; 2]; 2])| {
-        let frequencies: Vec<f64> =
-            (0..=CSV_ROWS).map(|i| f64::from(i) / f64::from(CSV_ROWS)).collect();
-        let responses: Vec<f64> = frequencies.iter().map(|&f| edge.at(f)).collect();
-        json!({
-            "region": region.as_flattened(),
-            "axis": match edge.axis { EdgeAxis::X => "x", EdgeAxis::Y => "y" },
-            "slant_degrees": edge.angle,
-            "levels": edge.levels,
-            "contrast": edge.contrast(),
-            "mtf50": edge.frequency_of(0.5),
-            "mtf10": edge.frequency_of(0.1),
-            "rise_pixels": edge.rise(),
-            "cycles_per_pixel": frequencies,
-            "response": responses,
-        })
+        let mut found = edge.json();
+        found["region"] = json!(region.as_flattened());
+        found
     };
     json!({
         "picture": arguments.picture.as_ref().map(|path| path.display().to_string()),
         "pixel_um": arguments.pixel,
         "edges": edges.iter().zip(&arguments.edge).map(one).collect::<Vec<Value>>(),
     })
+}
+
+/// Returns a result as JSON with the picture, and the region of it, that it was measured in.
+fn with_source(mut found: Value, picture: &Path, region: Option<[[u32; 2]; 2]>) -> Value {
+    found["picture"] = json!(picture.display().to_string());
+    if let Some(region) = region {
+        found["region"] = json!(region.as_flattened());
+    }
+    found
 }

@@ -3,10 +3,10 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use petzval_base::io::{ReadContext, path_excerpt, without_byte_order_mark};
+use petzval_base::io::ReadContext;
 use petzval_render::sensor::Components;
 use petzval_tools::sensor_analysis::{
-    ChannelTransfer, Deviation, Exposure, PhotonTransfer, evaluate, parse_data_file,
+    ChannelTransfer, Deviation, Exposure, PhotonTransfer, evaluate_file,
 };
 use serde_json::{Value, json};
 
@@ -29,21 +29,11 @@ pub(super) struct NoiseArguments {
 pub(super) fn run(arguments: &NoiseArguments) -> Result<Outcome, Failure> {
     let NoiseArguments { list, csv, json } = arguments;
     let context = ReadContext::default();
-    let bytes = context.bytes(list)?;
-    let file = path_excerpt(list);
-    let text = std::str::from_utf8(without_byte_order_mark(&bytes)).map_err(|error| {
-        format!("{file}: byte {} is not UTF-8; expected a list as text", error.valid_up_to())
-    })?;
-    let sets = parse_data_file(text, list.parent().unwrap_or(list));
-    let sets = sets.map_err(|problem| format!("{file}:{problem}"))?;
-    let channels = evaluate(&sets, &context).map_err(|error| match error.line {
-        Some(_) => format!("{file}:{error}"),
-        None => format!("{file}: {error}"),
-    })?;
+    let channels = evaluate_file(list, &context)?;
     super::write_table(csv.as_deref(), &context, || curve(&channels))?;
     super::super::print(&match json {
         true => {
-            let channels: Vec<Value> = channels.iter().map(json_of).collect();
+            let channels: Vec<Value> = channels.iter().map(ChannelTransfer::json).collect();
             let list = list.display().to_string();
             format!("{:#}\n", json!({ "list": list, "channels": channels }))
         }
@@ -127,29 +117,4 @@ fn text_of(channels: &[ChannelTransfer]) -> String {
         known(c.transfer.linearity_error.map(|n| format!("{:.3}", 100.0 * n)), "not measured")
     });
     text
-}
-
-fn json_of(ChannelTransfer { channel, size, transfer }: &ChannelTransfer) -> Value {
-    let deviation = |of: Deviation, unit: f64| {
-        let Components { pixel, row, column } = of.parts.scaled(unit);
-        json!({ "total": unit * of.total, "pixel": pixel, "row": row, "column": column })
-    };
-    let PhotonTransfer { gain, dark, dark_noise, dsnu, prnu, saturation, .. } = transfer;
-    json!({
-        "channel": channel,
-        "photosites": size,
-        "exposures": transfer.exposures.len(),
-        "gain": gain,
-        "dark_mean": dark.mean,
-        "dark_noise_electrons": deviation(*dark_noise, 1.0),
-        "dark_noise_is_resolved": transfer.is_dark_noise_resolved,
-        "dsnu_electrons": deviation(*dsnu, 1.0),
-        "prnu_percent": deviation(*prnu, 100.0),
-        "prnu_signal_electrons": transfer.prnu_signal,
-        "saturation_electrons": saturation,
-        "full_well_electrons": transfer.full_well,
-        "threshold_electrons": transfer.threshold(),
-        "quantum_efficiency": transfer.quantum_efficiency,
-        "linearity_error_percent": transfer.linearity_error.map(|error| 100.0 * error),
-    })
 }

@@ -7,11 +7,10 @@ use petzval_base::io::{ReadContext, path_excerpt};
 use petzval_image::{Picture, Transfer};
 use petzval_render::prepare::settings;
 use petzval_tools::chart_analysis::TextureResponse;
-use serde_json::{Value, json};
 
 use super::super::arguments::values::typed;
 use super::super::{Failure, Outcome};
-use super::{Channel, region_option, region_within};
+use super::{Channel, region_text, region_within};
 
 /// Arguments of `petzval measure texture`.
 #[derive(Debug, clap::Args)]
@@ -43,7 +42,7 @@ pub(super) fn run(arguments: &TextureArguments) -> Result<Outcome, Failure> {
     let context = ReadContext::default();
     let read = |path: &PathBuf| Picture::read_with(path, Transfer::Srgb, &context);
     let (picture, chart) = (read(path)?, read(chart)?);
-    let name = region_option("--region", *region);
+    let name = format!("--region {}", region_text(*region));
     let place = region_within(&name, *region, &picture, path)?;
     let second = match second {
         None => None,
@@ -58,7 +57,7 @@ pub(super) fn run(arguments: &TextureArguments) -> Result<Outcome, Failure> {
         .map_err(|error| format!("{}: {error}", path_excerpt(path)))?;
     super::write_table(csv.as_deref(), &context, || table(&texture, ",", 0))?;
     super::super::print(&match json {
-        true => format!("{:#}\n", json_of(arguments, &texture)),
+        true => format!("{:#}\n", super::with_source(texture.json(), path, Some(*region))),
         false => table(&texture, "  ", 12),
     })
 }
@@ -70,14 +69,4 @@ fn table(texture: &TextureResponse, between: &str, width: usize) -> String {
         let _ = writeln!(text, "{frequency:<width$.2}{between}{response:.4}");
     }
     text
-}
-
-fn json_of(arguments: &TextureArguments, texture: &TextureResponse) -> Value {
-    let column = |i: usize| texture.response.iter().map(|row| row[i]).collect::<Vec<f64>>();
-    json!({
-        "picture": arguments.picture.display().to_string(),
-        "region": arguments.region.as_flattened(),
-        "cycles_per_pixel": column(0),
-        "response": column(1),
-    })
 }

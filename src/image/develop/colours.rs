@@ -3,16 +3,15 @@
 
 use glam::{DMat3, DVec3};
 
-use petzval_spectrum::{Primaries, adapt};
+use petzval_spectrum::{D50, Primaries, adapt};
 
-/// Chromaticities of D50, the white of DNG (CIE 15:2018).
-const D50: [f64; 2] = [0.345_67, 0.358_51];
+use super::DevelopError;
 
 /// Matrices of a camera in one light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct LightColours {
     /// Correlated colour temperature (K), if it is known.
-    pub temperature: Option<f64>,
+    pub kelvin: Option<f64>,
     /// From X, Y and Z to the channels of the model: `ColorMatrix`.
     pub from_xyz: DMat3,
     /// From the channels of the model to those of this camera: `AnalogBalance` times `CameraCalibration`.
@@ -21,49 +20,57 @@ pub(crate) struct LightColours {
     pub to_xyz_d50: Option<DMat3>,
 }
 
-/// What is white in a file.
+/// White balance with which a picture was taken.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Neutral {
-    /// These channels: `AsShotNeutral`.
+    /// Channels of white: `AsShotNeutral`.
     Channels(DVec3),
-    /// Light of these chromaticities x and y: `AsShotWhiteXY`.
+    /// Chromaticities x and y of the light: `AsShotWhiteXY`.
     Light([f64; 2]),
 }
 
 /// Colours of a camera, and the white balance with which it took a picture.
 #[derive(Clone, Debug, PartialEq)]
-pub struct CameraColours {
-    /// Matrices in one light or in two.
-    lights: Vec<LightColours>,
+pub(crate) struct CameraColours {
+    first: LightColours,
+    /// Matrices in a second light, and the temperatures of both lights (K).
+    second: Option<(LightColours, [f64; 2])>,
     as_shot: Neutral,
 }
 
 impl CameraColours {
-    /// Returns the colours of a camera with matrices in one light or in two. Without a white balance, daylight (D50) is
-    /// white.
+    /// Returns the colours of a camera with matrices in one light or in two, of which one is left out if its temperature
+    /// is unknown or that of the other. Without a white balance, daylight (D50) is white.
     ///
     /// # Errors
     /// Returns what was found if there are no matrices, or if one is singular.
-    pub(crate) fn new(
-        mut lights: Vec<LightColours>,
-        as_shot: Option<Neutral>,
-    ) -> Result<Self, String> {
+    pub fn new(mut lights: Vec<LightColours>, as_shot: Option<Neutral>) -> Result<Self, String> {
         let sound = |matrix: &DMat3| matrix.is_finite() && matrix.determinant().abs() > 1e-9;
-        let is_usable = |light: &LightColours| {
-            sound(&(light.calibration * light.from_xyz))
-                && light.to_xyz_d50.as_ref().is_none_or(sound)
+        for (k, light) in lights.iter_mut().enumerate() {
+            if let Some(forward) = &mut light.to_xyz_d50 {
+                // White is D50, whatever the rounding of the file.
+                *forward = DMat3::from_diagonal(xyz(D50) / (*forward * DVec3::ONE)) * *forward;
+            }
+            if !(sound(&(light.calibration * light.from_xyz))
+                && light.to_xyz_d50.as_ref().is_none_or(sound))
+            {
+                let number = k + 1;
+                return Err(format!(
+                    "its ColorMatrix{number} or ForwardMatrix{number} is singular; expected matrices that tell three \
+                     colours apart"
+                ));
+            }
+        }
+        let (first, second) = match lights[..] {
+            [] => return Err("it has no colour matrix; expected ColorMatrix1".to_owned()),
+            [first, second, ..] => match (first.kelvin, second.kelvin) {
+                (Some(a), Some(b)) if a != b => (first, Some((second, [a, b]))),
+                (None, Some(_)) => (second, None),
+                _ => (first, None),
+            },
+            [only] => (only, None),
         };
-        if !lights.iter().all(is_usable) {
-            return Err("its colour matrix is singular".to_owned());
-        }
-        let temperatures: Vec<_> = lights.iter().map(|light| light.temperature).collect();
-        if matches!(temperatures[..], [a, b] if a.is_none() || b.is_none() || a == b) {
-            lights.remove(0);
-        }
-        if lights.is_empty() {
-            return Err("it has no colour matrix (ColorMatrix1)".to_owned());
-        }
-        Ok(Self { lights, as_shot: as_shot.unwrap_or(Neutral::Light(D50)) })
+        Ok(Self { first, second, as_shot: as_shot.unwrap_or(Neutral::Light(D50)) })
     }
 
     /// Returns the channels of white as the picture was taken.
@@ -77,17 +84,14 @@ impl CameraColours {
     /// Returns the matrices in light of these chromaticities, which are linear in the reciprocal of its temperature
     /// between those of both lights.
     fn at(&self, light: [f64; 2]) -> LightColours {
-        let [first, second] = match self.lights[..] {
-            [first, second] => [first, second],
-            _ => return self.lights[0],
-        };
-        let reciprocals = [first, second].map(|light| light.temperature.unwrap_or(6504.0).recip());
-        let share =
-            (temperature(light).recip() - reciprocals[1]) / (reciprocals[0] - reciprocals[1]);
+        let first = self.first;
+        let Some((second, kelvins)) = self.second else { return first };
+        let [at_first, at_second] = kelvins.map(f64::recip);
+        let share = (colour_temperature(light).recip() - at_second) / (at_first - at_second);
         let share = share.clamp(0.0, 1.0);
         let between = |a: DMat3, b: DMat3| a * share + b * (1.0 - share);
         LightColours {
-            temperature: None,
+            kelvin: None,
             from_xyz: between(first.from_xyz, second.from_xyz),
             calibration: between(first.calibration, second.calibration),
             to_xyz_d50: match (first.to_xyz_d50, second.to_xyz_d50) {
@@ -121,10 +125,10 @@ impl CameraColours {
     /// chromaticities of the light.
     ///
     /// # Errors
-    /// Returns what was found if no light has these channels.
-    pub(super) fn to_srgb(&self, neutral: DVec3) -> Result<(DMat3, [f64; 2]), String> {
+    /// Returns an error if no light has these channels.
+    pub(super) fn to_srgb(&self, neutral: DVec3) -> Result<(DMat3, [f64; 2]), DevelopError> {
         let light = self.light_of(neutral);
-        let light = light.ok_or("the white balance is that of no light")?;
+        let light = light.ok_or(DevelopError::NoWhite)?;
         let LightColours { from_xyz, calibration, to_xyz_d50, .. } = self.at(light);
         let screen = Primaries::SRGB;
         let to_channels = DMat3::from_diagonal(neutral);
@@ -145,7 +149,7 @@ impl CameraColours {
         let matrix = screen.to_xyz().inverse() * matrix;
         match matrix.is_finite() {
             true => Ok((matrix, light)),
-            false => Err("its colours are not finite in this light".to_owned()),
+            false => Err(DevelopError::NoWhite),
         }
     }
 }
@@ -157,7 +161,7 @@ fn xyz(white: [f64; 2]) -> DVec3 {
 
 /// Returns the correlated colour temperature of chromaticities (K): McCamy, "Correlated color temperature as an explicit
 /// function of chromaticity coordinates" (1992).
-pub(crate) fn temperature([x, y]: [f64; 2]) -> f64 {
+fn colour_temperature([x, y]: [f64; 2]) -> f64 {
     let n = (x - 0.3320) / (0.1858 - y);
     let kelvin = ((449.0 * n + 3525.0) * n + 6823.3) * n + 5520.33;
     // A fit of 2000 to 12500 K.
@@ -171,13 +175,17 @@ mod tests {
     /// A camera whose channels are X, Y and Z in tungsten, and sums of them in daylight.
     fn camera(forward: bool, as_shot: Option<Neutral>) -> CameraColours {
         let mixed = DMat3::from_cols_array(&[0.9, 0.1, 0.0, 0.2, 0.8, 0.1, 0.0, 0.1, 1.1]);
-        let light = |temperature, from_xyz: DMat3, light| LightColours {
-            temperature: Some(temperature),
+        let light = |kelvin, from_xyz: DMat3, light| LightColours {
+            kelvin: Some(kelvin),
             from_xyz,
             calibration: DMat3::from_diagonal(DVec3::new(1.1, 1.0, 0.9)),
             to_xyz_d50: forward.then(|| {
                 let neutral = from_xyz * xyz(light);
-                adapt(xyz(light), xyz(D50)) * from_xyz.inverse() * DMat3::from_diagonal(neutral)
+                // A file may have white a little beside D50.
+                let off = DMat3::from_diagonal(DVec3::new(1.01, 1.0, 0.98));
+                off * adapt(xyz(light), xyz(D50))
+                    * from_xyz.inverse()
+                    * DMat3::from_diagonal(neutral)
             }),
         };
         let lights = vec![
@@ -196,9 +204,8 @@ mod tests {
                 let (matrix, found) = camera.to_srgb(neutral / neutral.max_element()).unwrap();
                 let off = (0..2).map(|i| (found[i] - light[i]).abs()).fold(0.0, f64::max);
                 assert!(off < 1e-6, "{found:?}, not {light:?}");
-                // Between both lights, forward matrices map white to D50 about.
                 let white = (matrix * DVec3::ONE - DVec3::ONE).abs().max_element();
-                assert!(white < 0.001, "{light:?}: {white}");
+                assert!(white < 1e-6, "{light:?}: {white}");
             }
         }
     }
@@ -219,10 +226,10 @@ mod tests {
         for (light, kelvin) in
             [([0.4476, 0.4074], 2856.0), (D50, 5003.0), ([0.3127, 0.3290], 6504.0)]
         {
-            let off = temperature(light) / kelvin - 1.0;
+            let off = colour_temperature(light) / kelvin - 1.0;
             assert!(off.abs() < 0.003, "{kelvin}: {off}");
         }
-        assert_eq!(temperature([0.332, 0.1858]), 25_000.0);
+        assert_eq!(colour_temperature([0.332, 0.1858]), 25_000.0);
     }
 
     #[test]
@@ -230,11 +237,35 @@ mod tests {
         let none = CameraColours::new(Vec::new(), None).unwrap_err();
         assert!(none.contains("no colour matrix"), "{none}");
         let flat = LightColours {
-            temperature: None,
+            kelvin: None,
             from_xyz: DMat3::from_cols(DVec3::ONE, DVec3::ONE, DVec3::X),
             calibration: DMat3::IDENTITY,
             to_xyz_d50: None,
         };
-        assert!(CameraColours::new(vec![flat], None).unwrap_err().contains("singular"));
+        assert!(CameraColours::new(vec![flat], None).unwrap_err().contains("ColorMatrix1"));
+    }
+
+    #[test]
+    fn of_two_lights_the_known_one_is_kept() {
+        let light = |kelvin, scale| LightColours {
+            kelvin,
+            from_xyz: DMat3::IDENTITY * scale,
+            calibration: DMat3::IDENTITY,
+            to_xyz_d50: None,
+        };
+        for (kelvins, kept) in [
+            ([Some(2856.0), None], 1.0),
+            ([None, Some(6504.0)], 2.0),
+            ([None, None], 1.0),
+            ([Some(5003.0); 2], 1.0),
+        ] {
+            let lights = vec![light(kelvins[0], 1.0), light(kelvins[1], 2.0)];
+            let colours = CameraColours::new(lights, None).unwrap();
+            assert_eq!(
+                (colours.first.from_xyz.x_axis.x, colours.second),
+                (kept, None),
+                "{kelvins:?}"
+            );
+        }
     }
 }

@@ -1,11 +1,13 @@
 //! Colours of all pixels from a mosaic of filters: Menon, Andriani & Calvagno, "Demosaicing with directional filtering
 //! and a posteriori decision" (IEEE Transactions on Image Processing 16, 2007).
 //!
-//! Green is interpolated along rows and along columns, and of both the one is kept along which the differences of
+//! Green is interpolated along rows and along columns. Each pixel keeps the direction along which the differences of
 //! colours vary less. Red and blue follow from their differences to green. No kept crate has a method of this quality
 //! under our licences.
 
 use rayon::prelude::*;
+
+use super::DevelopError;
 
 /// Least width and height of a mosaic (pixels).
 const LEAST: usize = 4;
@@ -20,7 +22,7 @@ struct Plane<'a, T> {
 }
 
 impl<T: Copy> Plane<'_, T> {
-    /// Returns the value at a column and a row, up to three pixels beyond the border. The mirrored pixel has the same
+    /// Returns the value at a column and a row, up to two pixels beyond the border. The mirrored pixel has the same
     /// filter.
     #[inline(always)]
     fn at(&self, x: isize, y: isize) -> T {
@@ -50,25 +52,23 @@ fn map_pixels<T: Copy + Default + Send>(
     values
 }
 
-/// Returns linear colours of all pixels. The filters are those of the first two by two pixels, in reading order: 0 red,
-/// 1 green, 2 blue.
+/// Checks that the colours of a mosaic can be interpolated. The filters are those of the first two by two pixels, in
+/// reading order: 0 red, 1 green, 2 blue.
 ///
 /// # Errors
-/// Returns what was found if the mosaic is smaller than four by four pixels, or green is not on a diagonal.
-pub(super) fn demosaic(
-    size: [usize; 2],
-    mosaic: &[f32],
-    filters: [u8; 4],
-) -> Result<Vec<[f32; 3]>, String> {
-    if size.iter().any(|&n| n < LEAST) {
-        let [width, height] = size;
-        return Err(format!(
-            "it has {width} x {height} pixels; expected at least {LEAST} x {LEAST}, to tell their colours"
-        ));
+/// Returns an error if the mosaic is smaller than four by four pixels, or green is not on a diagonal.
+pub(super) fn check([width, height]: [usize; 2], filters: [u8; 4]) -> Result<(), DevelopError> {
+    if width.min(height) < LEAST {
+        return Err(DevelopError::Small { width, height });
     }
-    if !matches!(filters, [1, 0, 2, 1] | [1, 2, 0, 1] | [0, 1, 1, 2] | [2, 1, 1, 0]) {
-        return Err(format!("its filters are {filters:?}; expected those of a Bayer pattern"));
+    match filters {
+        [1, 0, 2, 1] | [1, 2, 0, 1] | [0, 1, 1, 2] | [2, 1, 1, 0] => Ok(()),
+        _ => Err(DevelopError::Filters { filters }),
     }
+}
+
+/// Returns linear colours of all pixels of a mosaic that [`check`] accepts.
+pub(super) fn demosaic(size: [usize; 2], mosaic: &[f32], filters: [u8; 4]) -> Vec<[f32; 3]> {
     let filter = |x: isize, y: isize| usize::from(filters[((y & 1) * 2 + (x & 1)) as usize]);
     let mosaic = Plane { size, values: mosaic };
 
@@ -105,25 +105,25 @@ pub(super) fn demosaic(
         }
         colours
     };
-    // The refinement of the paper's section III is left out: it changes test pictures by -0.2 to +0.4 dB.
-    Ok(map_pixels(size, |x, y| {
-        let own = filter(x, y);
-        if own == 1 {
+    // The refinement of the paper's section III is left out: it does not pay (python/benches/demosaic.py).
+    map_pixels(size, |x, y| {
+        let filtered = filter(x, y);
+        if filtered == 1 {
             return at_green(x, y);
         }
         let [dx, dy] = DIRECTIONS[usize::from(!is_across[y as usize * size[0] + x as usize])];
-        let other = 2 - own;
+        let other = 2 - filtered;
         let difference = |x: isize, y: isize| {
             let [x, y] = [mirrored(x, size[0]) as isize, mirrored(y, size[1]) as isize];
             let colours = at_green(x, y);
-            colours[other] - colours[own]
+            colours[other] - colours[filtered]
         };
         let mean = (difference(x - dx, y - dy) + difference(x + dx, y + dy)) / 2.0;
         let value = mosaic.at(x, y);
         let mut colours = [green.at(x, y); 3];
-        (colours[own], colours[other]) = (value, value + mean);
+        (colours[filtered], colours[other]) = (value, value + mean);
         colours
-    }))
+    })
 }
 
 /// Returns how much the differences of colours vary along a direction, within five by five pixels.
@@ -164,7 +164,7 @@ mod tests {
         filters: [u8; 4],
         of: impl Fn(f32, f32) -> [f32; 3],
     ) -> f32 {
-        let found = demosaic(size, &mosaic_of(size, filters, &of), filters).unwrap();
+        let found = demosaic(size, &mosaic_of(size, filters, &of), filters);
         let inside = |i: usize| {
             let at = [i % size[0], i / size[0]];
             (0..2).all(|k| at[k] >= border && at[k] + border < size[k])
@@ -209,10 +209,10 @@ mod tests {
             let wave = (0.9 * x + 0.4 * y).sin() * (0.3 * x - 0.7 * y).cos();
             [0.5 + 0.3 * wave, 0.5 + 0.4 * wave, 0.4 + 0.2 * (0.5 * x).sin()]
         };
-        let found = demosaic(size, &mosaic_of(size, PATTERNS[0], of), PATTERNS[0]).unwrap();
+        let found = demosaic(size, &mosaic_of(size, PATTERNS[0], of), PATTERNS[0]);
         let turned = [size[1], size[0]];
         let other = mosaic_of(turned, PATTERNS[0], |x, y| of(y, x));
-        let other = demosaic(turned, &other, PATTERNS[0]).unwrap();
+        let other = demosaic(turned, &other, PATTERNS[0]);
         // Where both directions vary alike, rows are chosen: a few pixels may differ.
         let differs = |i: usize| {
             let (a, b) = (found[i], other[i % size[0] * turned[0] + i / size[0]]);
@@ -224,7 +224,8 @@ mod tests {
 
     #[test]
     fn small_and_other_mosaics_are_refused() {
-        assert!(demosaic([3, 8], &[0.0; 24], PATTERNS[0]).unwrap_err().contains("3 x 8 pixels"));
-        assert!(demosaic([4, 4], &[0.0; 16], [0, 1, 2, 1]).unwrap_err().contains("Bayer"));
+        assert_eq!(check([3, 8], PATTERNS[0]), Err(DevelopError::Small { width: 3, height: 8 }));
+        assert!(check([4, 4], [0, 1, 2, 1]).unwrap_err().to_string().contains("Bayer"));
+        assert!(PATTERNS.iter().all(|&filters| check([4, 4], filters).is_ok()));
     }
 }

@@ -5,48 +5,80 @@
 
 mod colours;
 mod demosaic;
+mod gain_map;
 
 use std::path::Path;
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use petzval_base::io::ReadContext;
 
-pub use colours::CameraColours;
-pub(crate) use colours::{LightColours, Neutral};
+pub(crate) use colours::{CameraColours, LightColours, Neutral};
 use demosaic::demosaic;
+pub(crate) use gain_map::Opcodes;
+#[cfg(test)]
+pub(crate) use gain_map::tests as gain_map_tests;
 
 use crate::format::extension;
 use crate::{ImageError, Picture, RawCodes, WhiteBalance, declared, tiff};
 
+/// Largest ratio of the channels of white.
+const MAX_RATIO: f64 = 1e4;
 /// Bytes that the development of a pixel needs: codes, readings, two differences, green, a direction, and colours.
 const PIXEL_BYTES: u64 = 2 + 4 + 8 + 4 + 1 + 12;
 
-/// The codes of a sensor and what turns them into a picture.
+/// Why a raw file cannot be developed.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum DevelopError {
+    /// It has too few pixels to interpolate colours.
+    #[error("it has {width} x {height} pixels; expected 4 x 4 or more behind colour filters")]
+    Small {
+        /// Width (pixels).
+        width: usize,
+        /// Height (pixels).
+        height: usize,
+    },
+    /// Green is not on a diagonal of two by two filters.
+    #[error("its filters are {filters:?}; expected a Bayer pattern, with green on a diagonal")]
+    Filters {
+        /// 0 red, 1 green, 2 blue, in reading order.
+        filters: [u8; 4],
+    },
+    /// The light of the white balance is not white to the camera.
+    #[error("its camera has no white in this light; choose another 'white_balance', such as D65")]
+    NoWhite,
+}
+
+/// Readings of a sensor with all that makes a picture of them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RawFile {
-    /// The codes.
-    pub codes: RawCodes,
+    pub(crate) codes: RawCodes,
     /// Codes of no light behind the filters of two by two pixels, in reading order.
-    pub black: [f64; 4],
+    pub(crate) black: [f64; 4],
     /// Code from which photosites are saturated.
-    pub white: f64,
+    pub(crate) white: f64,
     /// Colours of the camera and of the light; `None` for a sensor without filters.
-    pub colours: Option<CameraColours>,
+    pub(crate) colours: Option<CameraColours>,
+    pub(crate) opcodes: Opcodes,
     /// Stops by which the picture is brighter than its codes.
-    pub exposure: f64,
+    pub(crate) exposure: f64,
+    /// First column and row of the part that is shown, and those that no longer belong to it.
+    pub(crate) crop: Option<[[usize; 2]; 2]>,
     /// Orientation as in Exif: 1 for a first row at the top and a first column at the left.
-    pub orientation: u8,
+    pub(crate) orientation: u8,
 }
 
 /// A picture of a raw file.
 #[derive(Clone, Debug)]
 pub struct Developed {
-    /// Linear sRGB, in which light that saturates a photosite is at least 1, but for the exposure of the file.
+    /// Linear sRGB. Before the exposure of the file, 1 is the white of photosites that saturate.
     pub picture: Picture,
     /// CIE 1931 chromaticities of the light that is white in it; `None` for a sensor without filters.
     pub white: Option<[f64; 2]>,
+    /// Names of the corrections of the file that are not applied.
+    pub left_out: Vec<String>,
 }
 
 impl RawFile {
@@ -65,50 +97,56 @@ impl RawFile {
         let io = |source| ImageError::Io { verb: "read", path: path.to_owned(), source };
         context.register(path).map_err(io)?;
         let bytes = context.bytes(path).map_err(|error| io(error.source))?;
-        let raw = tiff::read_raw(&bytes);
-        let raw = raw.map_err(|found| ImageError::Malformed { path: path.to_owned(), found })?;
-        let pixels = raw.codes.codes.len() as u64;
-        let claimed = context.claim(PIXEL_BYTES * pixels);
+        // There is a code of two bytes for each pixel.
+        let claimed = context.claim(PIXEL_BYTES * bytes.len() as u64 / 2);
         claimed.map_err(|found| declared::too_large(path, found))?;
-        Ok(raw)
+        let raw = tiff::read_raw(&bytes);
+        raw.map_err(|found| ImageError::Malformed { path: path.to_owned(), found })
     }
 
-    /// Develops the picture with the white balance of the file, that of the mean colour, or that of a light.
+    /// Develops the picture. [`WhiteBalance::Off`] keeps the white balance of the file.
     ///
     /// # Errors
-    /// Returns what was found if the camera cannot see this light as white, or if the picture is too small to tell its
-    /// colours.
-    pub fn develop(&self, white: WhiteBalance) -> Result<Developed, String> {
+    /// Returns an error if the camera cannot see this light as white, or if its filters or the size of the picture do not
+    /// tell colours.
+    pub fn develop(&self, white: WhiteBalance) -> Result<Developed, DevelopError> {
         let size = self.codes.size;
-        let mut readings = self.readings();
         let gain = self.exposure.exp2() as f32;
         let (pixels, white) = match (&self.colours, self.codes.filters) {
             (Some(colours), Some(filters)) => {
+                demosaic::check(size, filters)?;
+                let mut readings = self.readings();
                 let neutral = match white {
                     WhiteBalance::Off => colours.as_shot(),
-                    WhiteBalance::Auto => mean_channels(size, &readings, filters),
+                    WhiteBalance::Auto => Some(mean_channels(size[0], &readings, filters)),
                     WhiteBalance::White(light) => colours.neutral_of(light),
                 };
-                let neutral =
-                    neutral.filter(|neutral| neutral.is_finite() && neutral.min_element() > 0.0);
-                let neutral = neutral.ok_or("the camera has no white in this light")?;
+                let neutral = neutral.ok_or(DevelopError::NoWhite)?;
                 let neutral = neutral / neutral.max_element();
-                // Only what has the least gain is right beyond the white level: highlights are clipped to white.
+                let is_light = neutral.is_finite() && neutral.min_element() * MAX_RATIO >= 1.0;
+                if !is_light {
+                    return Err(DevelopError::NoWhite);
+                }
+                // A saturated channel with a larger gain would tint highlights: all are clipped where white saturates.
                 let gains = neutral.to_array().map(|share| (1.0 / share) as f32);
                 by_filter(size[0], &mut readings, |value, place| {
                     (value * gains[usize::from(filters[place])]).min(1.0)
                 });
-                let mut pixels = demosaic(size, &readings, filters)?;
                 let (matrix, light) = colours.to_srgb(neutral)?;
                 let matrix = (matrix * f64::from(gain)).as_mat3();
+                let mut pixels = demosaic(size, &readings, filters);
                 pixels.par_iter_mut().for_each(|pixel| {
-                    *pixel = (matrix * glam::Vec3::from_array(*pixel)).to_array();
+                    *pixel = (matrix * Vec3::from_array(*pixel)).to_array();
                 });
                 (pixels, Some(light))
             }
-            _ => (readings.iter().map(|&value| [gain * value; 3]).collect(), None),
+            _ => {
+                let readings = self.readings();
+                (readings.iter().map(|&value| [gain * value.min(1.0); 3]).collect(), None)
+            }
         };
-        Ok(Developed { picture: oriented(Picture { size, pixels }, self.orientation), white })
+        let picture = oriented(cropped(Picture { size, pixels }, self.crop), self.orientation);
+        Ok(Developed { picture, white, left_out: self.opcodes.names_left_out() })
     }
 
     /// Returns the readings: 0 without light, 1 if saturated.
@@ -119,6 +157,7 @@ impl RawFile {
         by_filter(self.codes.size[0], &mut readings, |code, place| {
             ((f64::from(code) - self.black[place]) * scales[place]) as f32
         });
+        self.opcodes.gain_maps.iter().for_each(|map| map.apply(self.codes.size, &mut readings));
         readings
     }
 }
@@ -132,8 +171,8 @@ fn by_filter(width: usize, readings: &mut [f32], map: impl Fn(f32, usize) -> f32
     });
 }
 
-/// Returns the means of the channels. Saturated photosites are left out, and those beside them, in two by two pixels.
-fn mean_channels([width, _]: [usize; 2], readings: &[f32], filters: [u8; 4]) -> Option<DVec3> {
+/// Returns the means of the channels, without two by two photosites of which one is saturated.
+fn mean_channels(width: usize, readings: &[f32], filters: [u8; 4]) -> DVec3 {
     let (mut sums, mut counts) = ([0.0; 3], [0.0; 3]);
     for rows in readings.chunks_exact(2 * width) {
         let (upper, lower) = rows.split_at(width);
@@ -147,7 +186,15 @@ fn mean_channels([width, _]: [usize; 2], readings: &[f32], filters: [u8; 4]) -> 
             }
         }
     }
-    Some(DVec3::from_array([0, 1, 2].map(|c| sums[c] / counts[c])))
+    DVec3::from_array([0, 1, 2].map(|c| sums[c] / counts[c]))
+}
+
+/// Returns a part of a picture.
+fn cropped(picture: Picture, part: Option<[[usize; 2]; 2]>) -> Picture {
+    let Some([low, high]) = part else { return picture };
+    let rows = picture.pixels.chunks_exact(picture.size[0]).take(high[1]).skip(low[1]);
+    let pixels = rows.flat_map(|row| &row[low[0]..high[0]]).copied().collect();
+    Picture { size: [high[0] - low[0], high[1] - low[1]], pixels }
 }
 
 /// Returns the picture upright, by its orientation in Exif 2.32.
@@ -184,15 +231,17 @@ mod tests {
             black: [100.0, 100.0, 100.0, 200.0],
             white: 1100.0,
             colours: None,
+            opcodes: Opcodes::default(),
             exposure: 1.0,
+            crop: None,
             orientation: 1,
         }
     }
 
     #[test]
     fn levels_and_exposure_are_those_of_the_file() {
-        let raw = grey(vec![100, 1100, 50, 650], [2, 2]);
-        let Developed { picture, white } = raw.develop(WhiteBalance::Off).unwrap();
+        let raw = grey(vec![100, 2100, 50, 650], [2, 2]);
+        let Developed { picture, white, .. } = raw.develop(WhiteBalance::Off).unwrap();
         let found: Vec<f32> = picture.pixels.iter().map(|pixel| pixel[1]).collect();
         assert_eq!((found, white), (vec![0.0, 2.0, -0.1, 1.0], None));
     }

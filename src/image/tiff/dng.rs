@@ -11,16 +11,12 @@ use tiff::TiffResult;
 use tiff::encoder::{Rational, SRational, TiffEncoder, TiffValue};
 use tiff::tags::{Tag, Type};
 
+use super::tags::{COLOR_FILTER_ARRAY, D65, TUNGSTEN};
 use super::{Directory, ascii, io_error, rational, text_of};
 use crate::display::dimensions;
 use crate::raw::RawFormat;
 use crate::{Note, Notes, Picture, find_note, find_number};
 
-/// Photometric interpretation of a mosaic.
-const COLOR_FILTER_ARRAY: u16 = 32803;
-/// `CalibrationIlluminant` of illuminant A and of D65: light sources of Exif.
-const TUNGSTEN: u16 = 17;
-const D65: u16 = 21;
 /// `SensitivityType` of Exif: the speed is an ISO speed.
 const ISO_SPEED: u16 = 3;
 
@@ -28,18 +24,24 @@ const ISO_SPEED: u16 = 3;
 mod tags {
     use tiff::tags::Tag;
 
-    pub const CFA_REPEAT_PATTERN_DIM: Tag = Tag::Unknown(33421);
-    pub const CFA_PATTERN: Tag = Tag::Unknown(33422);
+    use super::super::tags as known;
+
+    const fn both([a, b]: [u16; 2]) -> [Tag; 2] {
+        [Tag::Unknown(a), Tag::Unknown(b)]
+    }
+
+    pub const CFA_REPEAT_PATTERN_DIM: Tag = Tag::Unknown(known::CFA_SIZE);
+    pub const CFA_PATTERN: Tag = Tag::Unknown(known::CFA_PATTERN);
     pub const DNG_VERSION: Tag = Tag::Unknown(50706);
     pub const DNG_BACKWARD_VERSION: Tag = Tag::Unknown(50707);
     pub const UNIQUE_CAMERA_MODEL: Tag = Tag::Unknown(50708);
-    pub const BLACK_LEVEL: Tag = Tag::Unknown(50714);
-    pub const WHITE_LEVEL: Tag = Tag::Unknown(50717);
-    pub const COLOR_MATRIX: [Tag; 2] = [Tag::Unknown(50721), Tag::Unknown(50722)];
-    pub const FORWARD_MATRIX: [Tag; 2] = [Tag::Unknown(50964), Tag::Unknown(50965)];
-    pub const AS_SHOT_NEUTRAL: Tag = Tag::Unknown(50728);
-    pub const BASELINE_EXPOSURE: Tag = Tag::Unknown(50730);
-    pub const CALIBRATION_ILLUMINANT: [Tag; 2] = [Tag::Unknown(50778), Tag::Unknown(50779)];
+    pub const BLACK_LEVEL: Tag = Tag::Unknown(known::BLACK_LEVEL);
+    pub const WHITE_LEVEL: Tag = Tag::Unknown(known::WHITE_LEVEL);
+    pub const COLOR_MATRIX: [Tag; 2] = both(known::COLOR_MATRIX);
+    pub const FORWARD_MATRIX: [Tag; 2] = both(known::FORWARD_MATRIX);
+    pub const AS_SHOT_NEUTRAL: Tag = Tag::Unknown(known::AS_SHOT_NEUTRAL);
+    pub const BASELINE_EXPOSURE: Tag = Tag::Unknown(known::BASELINE_EXPOSURE);
+    pub const CALIBRATION_ILLUMINANT: [Tag; 2] = both(known::CALIBRATION_ILLUMINANT);
     pub const NOISE_PROFILE: Tag = Tag::Unknown(51041);
     pub const EXPOSURE_TIME: Tag = Tag::Unknown(33434);
     pub const F_NUMBER: Tag = Tag::Unknown(33437);

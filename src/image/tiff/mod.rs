@@ -5,6 +5,7 @@ mod dng;
 mod mosaic;
 mod numbers;
 mod raw_tags;
+mod tags;
 
 use std::fs::File;
 use std::io::{self, BufReader};

@@ -2,27 +2,11 @@
 //! file that begins with one.
 
 use super::numbers::Numbers;
+use super::tags;
 use crate::raw_codes::RawCodes;
 
-/// Tags of TIFF 6.0, TIFF/EP and DNG.
-mod tags {
-    pub const WIDTH: u16 = 256;
-    pub const HEIGHT: u16 = 257;
-    pub const BITS: u16 = 258;
-    pub const COMPRESSION: u16 = 259;
-    pub const PHOTOMETRIC: u16 = 262;
-    pub const STRIP_OFFSETS: u16 = 273;
-    pub const SAMPLES: u16 = 277;
-    pub const STRIP_BYTES: u16 = 279;
-    pub const SUB_DIRECTORIES: u16 = 330;
-    pub const CFA_SIZE: u16 = 33421;
-    pub const CFA_PATTERN: u16 = 33422;
-    pub const LINEARIZATION_TABLE: u16 = 50712;
-    pub const ACTIVE_AREA: u16 = 50829;
-}
-
 /// Photometric interpretations of raw data: behind colour filters, and without.
-const COLOR_FILTER_ARRAY: u64 = 32803;
+const COLOR_FILTER_ARRAY: u64 = tags::COLOR_FILTER_ARRAY as u64;
 const LINEAR_RAW: u64 = 34892;
 /// Most directories that are looked at: a file could refer to its own.
 const MAX_DIRECTORIES: usize = 64;
@@ -43,8 +27,7 @@ pub(super) struct RawDirectory<'a> {
 /// # Errors
 /// Returns what was found if the file has none that this reads.
 pub(crate) fn read_mosaic(bytes: &[u8]) -> Result<RawCodes, String> {
-    let raw = RawDirectory::find(bytes)?;
-    read_directory(&raw.file, raw.directory, raw.filtered)
+    RawDirectory::find(bytes)?.codes()
 }
 
 impl<'a> RawDirectory<'a> {
@@ -58,18 +41,21 @@ impl<'a> RawDirectory<'a> {
         let first = first.ok_or("it is not a TIFF file with addresses of 32 bits, as a DNG is")?;
         let mut directories = vec![first];
         let mut looked_at = 0;
+        // Raw data of less size or of more work, if there is no other.
+        let mut second_choice = None;
         while let Some(&directory) = directories.get(looked_at) {
             looked_at += 1;
             if file.at(directory, 2).is_none() {
                 return Err("it is cut off".to_owned());
             }
-            let photometric = file.entry(directory, tags::PHOTOMETRIC);
-            match photometric.and_then(|found| found.first().copied()) {
-                Some(COLOR_FILTER_ARRAY) => {
-                    return Ok(Self { file, first, directory, filtered: true });
+            let number = |tag| file.entry(directory, tag).and_then(|found| found.first().copied());
+            let photometric = number(tags::PHOTOMETRIC);
+            if let Some(COLOR_FILTER_ARRAY | LINEAR_RAW) = photometric {
+                let filtered = photometric == Some(COLOR_FILTER_ARRAY);
+                if number(tags::NEW_SUBFILE_TYPE).unwrap_or(0) == 0 {
+                    return Ok(Self { file, first, directory, filtered });
                 }
-                Some(LINEAR_RAW) => return Ok(Self { file, first, directory, filtered: false }),
-                _ => {}
+                second_choice.get_or_insert((directory, filtered));
             }
             let more = file.entry(directory, tags::SUB_DIRECTORIES).unwrap_or_default();
             directories.extend(more.into_iter().map(|place| place as usize).take(MAX_DIRECTORIES));
@@ -77,7 +63,16 @@ impl<'a> RawDirectory<'a> {
                 break;
             }
         }
-        Err("it has no raw data".to_owned())
+        let (directory, filtered) = second_choice.ok_or("it has no raw data")?;
+        Ok(Self { file, first, directory, filtered })
+    }
+
+    /// Reads the codes.
+    ///
+    /// # Errors
+    /// Returns what was found if they are of a form that this does not read.
+    pub fn codes(&self) -> Result<RawCodes, String> {
+        read_directory(&self.file, self.directory, self.filtered)
     }
 }
 
@@ -91,7 +86,7 @@ fn read_directory(
     if one(tags::COMPRESSION, 1) != Some(1) {
         return Err(
             "its raw data is compressed; expected none, as Adobe DNG Converter writes with \
-                    \"Uncompressed\", or the codes in a TIFF file"
+                    \"Uncompressed\"; petzval measure noise also reads codes from TIFF files"
                 .to_owned(),
         );
     }
@@ -99,12 +94,13 @@ fn read_directory(
         [one(tags::BITS, 1), one(tags::SAMPLES, 1)].map(|found| found.unwrap_or(0));
     if (bits, samples) != (16, 1) {
         return Err(format!(
-            "its raw data has {samples} samples of {bits} bits a pixel; expected one of 16, or the codes in a TIFF file"
+            "its raw data has {samples} samples of {bits} bits a pixel; expected one of 16; petzval measure noise also reads \
+             codes from TIFF files"
         ));
     }
     if all(tags::LINEARIZATION_TABLE).is_some() {
-        return Err("its codes are not linear, but behind a linearization table; expected the linear codes in a TIFF \
-                    file"
+        return Err("its codes are not linear, but behind a linearization table; expected linear codes; petzval measure \
+                    noise also reads them from TIFF files"
             .to_owned());
     }
     let cut = || "its raw data is cut off".to_owned();
@@ -125,7 +121,7 @@ fn read_directory(
     };
     let strips = all(tags::STRIP_OFFSETS)
         .zip(all(tags::STRIP_BYTES))
-        .ok_or("its raw data is not in strips")?;
+        .ok_or("its raw data is not in strips; expected strips of rows, without compression")?;
     let mut codes = Vec::new();
     for (offset, length) in strips.0.into_iter().zip(strips.1) {
         let from = usize::try_from(offset).map_err(|_| cut())?;

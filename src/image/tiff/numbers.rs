@@ -30,17 +30,20 @@ impl<'a> Numbers<'a> {
         Some(if self.little { found.iter().rev().fold(0, add) } else { found.iter().fold(0, add) })
     }
 
+    /// Returns the place of an entry.
+    fn place(&self, directory: usize, tag: u16) -> Option<usize> {
+        let entries = self.at(directory, 2)? as usize;
+        (0..entries)
+            .map(|i| directory + 2 + 12 * i)
+            .find(|&entry| self.at(entry, 2) == Some(u64::from(tag)))
+    }
+
     /// Returns type, place and number of the elements of an entry.
     fn elements(
         &self,
-        directory: usize,
-        tag: u16,
+        entry: usize,
         size_of: impl Fn(u64) -> Option<usize>,
     ) -> Option<(u64, usize, usize)> {
-        let entries = self.at(directory, 2)? as usize;
-        let entry = (0..entries)
-            .map(|i| directory + 2 + 12 * i)
-            .find(|&entry| self.at(entry, 2) == Some(u64::from(tag)))?;
         let kind = self.at(entry + 2, 2)?;
         let count = usize::try_from(self.at(entry + 4, 4)?).ok()?;
         let length = count.checked_mul(size_of(kind)?);
@@ -49,27 +52,51 @@ impl<'a> Numbers<'a> {
         Some((kind, from, count))
     }
 
+    /// Returns the bytes of an entry of bytes, text or undefined ones; none without the entry.
+    pub fn blob(&self, directory: usize, tag: u16) -> Option<&'a [u8]> {
+        let one = |kind| matches!(kind, 1 | 2 | 7).then_some(1);
+        let (_, from, count) = self.elements(self.place(directory, tag)?, one)?;
+        self.bytes.get(from..from.checked_add(count)?)
+    }
+
     /// Returns the whole numbers of an entry of the directory at a place; none without the entry.
     pub fn entry(&self, directory: usize, tag: u16) -> Option<Vec<u64>> {
-        let (kind, from, count) = self.elements(directory, tag, whole_size)?;
+        let (kind, from, count) = self.elements(self.place(directory, tag)?, whole_size)?;
         let size = whole_size(kind)?;
         (0..count).map(|i| self.at(from + size * i, size)).collect()
     }
 
     /// Returns the numbers of an entry, whole ones, fractions or floats; none without the entry.
-    pub fn reals(&self, directory: usize, tag: u16) -> Option<Vec<f64>> {
+    ///
+    /// # Errors
+    /// Returns what was found if the entry is cut off, of another type or not finite.
+    pub fn reals(&self, directory: usize, tag: u16) -> Result<Option<Vec<f64>>, String> {
+        let Some(entry) = self.place(directory, tag) else { return Ok(None) };
+        match self.reals_at(entry) {
+            Some(reals) if reals.iter().all(|real| real.is_finite()) => Ok(Some(reals)),
+            Some(reals) => Err(format!("its entry {tag} is {reals:?}; expected finite numbers")),
+            None => Err(format!("its entry {tag} is cut off, or no numbers")),
+        }
+    }
+
+    fn reals_at(&self, entry: usize) -> Option<Vec<f64>> {
         let size_of = |kind| match kind {
             5 | 10 | 12 => Some(8),
-            11 => Some(4),
+            9 | 11 => Some(4),
+            8 => Some(2),
+            6 => Some(1),
             _ => whole_size(kind),
         };
-        let (kind, from, count) = self.elements(directory, tag, size_of)?;
+        let (kind, from, count) = self.elements(entry, size_of)?;
         let size = size_of(kind)?;
         let number = |i: usize| {
             let place = from + size * i;
             let signed = |place| self.at(place, 4).map(|bits| f64::from(bits as u32 as i32));
             Some(match kind {
                 5 => self.at(place, 4)? as f64 / self.at(place + 4, 4)? as f64,
+                6 => f64::from(self.at(place, 1)? as u8 as i8),
+                8 => f64::from(self.at(place, 2)? as u16 as i16),
+                9 => signed(place)?,
                 10 => signed(place)? / signed(place + 4)?,
                 11 => f64::from(f32::from_bits(self.at(place, 4)? as u32)),
                 12 => f64::from_bits(self.at(place, 8)?),
@@ -109,16 +136,19 @@ mod tests {
         let read = |kind, count, elements: &[u8]| {
             let bytes = file(kind, count, elements);
             let numbers = Numbers::new(&bytes);
-            numbers.reals(numbers.first_directory()?, 256)
+            numbers.reals(numbers.first_directory().unwrap(), 256)
         };
         let longs = |numbers: [i32; 4]| numbers.map(i32::to_be_bytes).concat();
-        assert_eq!(read(5, 2, &longs([3, 4, 7, 2])), Some(vec![0.75, 3.5]));
-        assert_eq!(read(10, 2, &longs([-3, 4, 7, 2])), Some(vec![-0.75, 3.5]));
-        assert_eq!(read(12, 1, &(-2.5_f64).to_be_bytes()), Some(vec![-2.5]));
-        assert_eq!(read(11, 2, &[1.5_f32.to_be_bytes(); 2].concat()), Some(vec![1.5; 2]));
-        assert_eq!(read(3, 3, &[0, 7, 1, 0, 0, 9]), Some(vec![7.0, 256.0, 9.0]));
-        assert_eq!(read(5, 3, &longs([3, 4, 7, 2])), None, "it is cut off");
-        assert_eq!(read(2, 4, b"text"), None);
-        assert!(read(5, 1, &[0; 8]).unwrap()[0].is_nan());
+        assert_eq!(read(5, 2, &longs([3, 4, 7, 2])), Ok(Some(vec![0.75, 3.5])));
+        assert_eq!(read(10, 2, &longs([-3, 4, 7, 2])), Ok(Some(vec![-0.75, 3.5])));
+        assert_eq!(read(12, 1, &(-2.5_f64).to_be_bytes()), Ok(Some(vec![-2.5])));
+        assert_eq!(read(11, 2, &[1.5_f32.to_be_bytes(); 2].concat()), Ok(Some(vec![1.5; 2])));
+        assert_eq!(read(3, 3, &[0, 7, 1, 0, 0, 9]), Ok(Some(vec![7.0, 256.0, 9.0])));
+        assert_eq!(read(9, 2, &longs([-3, 4, 7, 2])), Ok(Some(vec![-3.0, 4.0])));
+        assert!(read(5, 3, &longs([3, 4, 7, 2])).unwrap_err().contains("256 is cut off"));
+        assert!(read(2, 4, b"text").unwrap_err().contains("no numbers"));
+        assert!(read(5, 1, &[0; 8]).unwrap_err().contains("expected finite numbers"));
+        let bytes = file(3, 1, &[]);
+        assert_eq!(Numbers::new(&bytes).reals(8, 257), Ok(None));
     }
 }

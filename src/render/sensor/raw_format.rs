@@ -3,12 +3,9 @@
 use glam::DMat3;
 
 use petzval_image::{ColourCalibration, RawCamera, RawFormat};
-use petzval_spectrum::{CameraSensor, Primaries, Spectrum, adapt, d65, named_spectrum};
+use petzval_spectrum::{CameraSensor, D50, Primaries, Spectrum, adapt, d65, named_spectrum};
 
 use super::{BASE_ISO, Bayer, Sensor};
-
-/// Chromaticities of D50, the white of DNG (CIE 15:2018).
-const D50: [f64; 2] = [0.345_67, 0.358_51];
 
 impl Sensor {
     /// Returns the description of the readings behind a mosaic, of this measured camera or of a sensor whose

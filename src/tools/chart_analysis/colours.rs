@@ -1,18 +1,19 @@
 //! Colour errors from a picture of a colour checker.
 
+use std::ops::Range;
+
 use petzval_image::Picture;
 use petzval_spectrum::{ciede2000, colour_checker, lab_from_srgb};
 
-use crate::charts::colours::{GRID, patch_borders};
+use super::luminance;
+use crate::charts::colours::patch_borders;
 
 /// Share of the sides of a patch that is measured, in its middle.
 const MIDDLE: [f64; 2] = [0.25, 0.75];
 /// Least side of what is measured of a patch (pixels).
 const LEAST: usize = 3;
-/// Weights of the luminance of linear sRGB (IEC 61966-2-1).
-const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
-/// First grey patch: the last row goes from white to black.
-const FIRST_GREY: usize = 18;
+/// Grey patches but for white, which may be clipped, and black, which shows stray light.
+const GREYS: Range<usize> = 19..23;
 
 /// Why colours cannot be measured.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -47,7 +48,7 @@ pub struct PatchColour {
     pub name: &'static str,
     /// Mean of its pixels, linear sRGB.
     pub mean: [f64; 3],
-    /// Standard deviation of the luminance of its pixels relative to their mean.
+    /// Standard deviation of the luminance of its pixels relative to their mean; 0 without light.
     pub noise: f64,
     /// CIELAB of the mean times the scale; white is D65 of luminance 1.
     pub lab: [f64; 3],
@@ -67,7 +68,8 @@ impl PatchColour {
 pub struct ColourPatches {
     /// The patches, row after row.
     pub patches: Vec<PatchColour>,
-    /// Factor on the picture by which the luminances of its grey patches come nearest to those of the chart.
+    /// Factor on the picture by which the luminances of its grey patches, but for white and black, come nearest to those
+    /// of the chart, relative to each.
     pub scale: f64,
 }
 
@@ -123,7 +125,7 @@ impl ColourPatches {
     /// Returns mean a* and b* of the grey patches but for white and black, less those of the chart: 0 for a perfect white
     /// balance.
     pub fn white_balance_error(&self) -> [f64; 2] {
-        let greys = &self.patches[FIRST_GREY + 1..GRID[0] * GRID[1] - 1];
+        let greys = &self.patches[GREYS];
         [1, 2].map(|i| {
             greys.iter().map(|patch| patch.lab[i] - patch.expected[i]).sum::<f64>()
                 / greys.len() as f64
@@ -141,11 +143,8 @@ fn mean_and_noise(pixels: impl Iterator<Item = [f64; 3]>) -> ([f64; 3], f64) {
     let count = luminances.len() as f64;
     let mean = luminances.iter().sum::<f64>() / count;
     let square = luminances.iter().map(|value| (value - mean) * (value - mean)).sum::<f64>();
-    (sums.map(|sum| sum / count), (square / (count - 1.0)).sqrt() / mean)
-}
-
-fn luminance(rgb: [f64; 3]) -> f64 {
-    rgb.iter().zip(LUMINANCE).map(|(value, weight)| value * weight).sum()
+    let noise = if mean > 0.0 { (square / (count - 1.0)).sqrt() / mean } else { 0.0 };
+    (sums.map(|sum| sum / count), noise)
 }
 
 /// Returns the factor by which the luminances of the grey patches come nearest to those of the chart, relative to
@@ -153,7 +152,7 @@ fn luminance(rgb: [f64; 3]) -> f64 {
 fn scale(patches: &[PatchColour]) -> Option<f64> {
     let reflectances =
         colour_checker().map(|(_, reflectance)| luminance(reflectance.in_daylight()));
-    let ratios = patches.iter().zip(reflectances).skip(FIRST_GREY);
+    let ratios = patches.iter().zip(reflectances).skip(GREYS.start).take(GREYS.len());
     let ratios = ratios.map(|(patch, expected)| luminance(patch.mean) / expected);
     let (sum, squares) = ratios.fold((0.0, 0.0), |(sum, squares), r| (sum + r, squares + r * r));
     let factor = sum / squares;
@@ -213,6 +212,11 @@ mod tests {
         assert_eq!(ColourPatches::measure(&black, [[0, 0], [450, 300]]), Err(ColoursError::Black));
         let small = ColourPatches::measure(&black, [[0, 0], [60, 30]]).unwrap_err();
         assert!(small.to_string().contains("about 9 x 7 pixels"), "{small}");
+        // Clipped black has neither light nor noise.
+        let (dark, region) = chart(|rgb| rgb.map(|value| if value < 0.05 { 0.0 } else { value }));
+        let found = ColourPatches::measure(&dark, region).unwrap();
+        assert_eq!((found.patches[23].noise, found.patches[23].mean), (0.0, [0.0; 3]));
+        assert!((found.scale - 1.0).abs() < 1e-5, "black does not count");
         let (mut picture, region) = chart(|rgb| rgb);
         picture.pixels[30 * 450 + 50][1] = f32::NAN;
         let found = ColourPatches::measure(&picture, region).unwrap_err();

@@ -7,6 +7,7 @@ mod dots;
 mod edge;
 mod edge_response;
 mod grid_order;
+mod json;
 mod texture;
 
 pub use colours::{ColourPatches, ColoursError, PatchColour};
@@ -14,3 +15,8 @@ pub use dot_grid::{DotGrid, GridDot, GridError};
 pub use edge::EdgeError;
 pub use edge_response::{EdgeAxis, EdgeResponse};
 pub use texture::{TextureError, TextureResponse};
+
+/// Returns the luminance of linear sRGB (IEC 61966-2-1).
+pub fn luminance(rgb: [f64; 3]) -> f64 {
+    0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2]
+}

@@ -123,7 +123,7 @@ fn write_material(text: &mut String, reflectance: Reflectance) {
         }
         Reflectance::OfChecker(patch) => {
             let Some((name, Spectrum::Samples(samples))) = colour_checker().nth(patch) else {
-                return;
+                unreachable!("the chart has 24 patches of samples")
             };
             let samples = samples.iter().map(|[nm, value]| format!("{nm} {value:.3}"));
             let samples = samples.collect::<Vec<_>>().join(" ");

@@ -1,9 +1,11 @@
 //! Evaluation of a list of pictures, by the channels of their sensor.
 
-use petzval_base::io::{ReadContext, path_excerpt};
+use std::path::Path;
+
+use petzval_base::io::{ReadContext, path_excerpt, without_byte_order_mark};
 use petzval_image::RawCodes;
 
-use super::data_file::{ListedPicture, PictureSet, dark_of};
+use super::data_file::{ListedPicture, PictureSet, dark_of, parse_data_file};
 use super::field_stack::{FieldStack, FieldStatistics, MIN_FIELD};
 use super::photon_transfer::{Exposure, PhotonTransfer, TransferError};
 
@@ -25,11 +27,11 @@ type Layout = ([usize; 2], Option<[u8; 4]>, u32);
 /// Why pictures of a list cannot be evaluated.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{}{problem}", line.map_or_else(String::new, |line| format!("{line}:1: ")))]
-pub struct EvaluationError {
+struct EvaluationError {
     /// Number of the line of the list, from 1, if it is about one.
-    pub line: Option<usize>,
+    line: Option<usize>,
     /// The fault, and what was expected.
-    pub problem: String,
+    problem: String,
 }
 
 impl EvaluationError {
@@ -78,13 +80,32 @@ impl Channel {
     }
 }
 
+/// Reads a list in the format of EMVA data sets and its pictures, and evaluates each channel of their sensor.
+///
+/// # Errors
+/// Returns an error, with the place in the list, if a file cannot be read, if a picture differs from the others in size or
+/// filters, or if the pictures tell no parameters.
+pub fn evaluate_file(list: &Path, context: &ReadContext) -> Result<Vec<ChannelTransfer>, String> {
+    let file = path_excerpt(list);
+    let bytes = context.bytes(list).map_err(|error| error.to_string())?;
+    let text = std::str::from_utf8(without_byte_order_mark(&bytes)).map_err(|error| {
+        format!("{file}: byte {} is not UTF-8; expected a list as text", error.valid_up_to())
+    })?;
+    let sets = parse_data_file(text, list.parent().unwrap_or(list));
+    let sets = sets.map_err(|problem| format!("{file}:{problem}"))?;
+    evaluate(&sets, context).map_err(|error| match error.line {
+        Some(_) => format!("{file}:{error}"),
+        None => format!("{file}: {error}"),
+    })
+}
+
 /// Reads the pictures of a list and evaluates each channel of their sensor. Exposures without dark pictures of the same
-/// time are left out; [`parse_data_file`](super::parse_data_file) refuses them.
+/// time are left out; [`parse_data_file`] refuses them.
 ///
 /// # Errors
 /// Returns an error if a picture cannot be read or differs from the others in size or filters, or if the pictures tell
 /// no parameters.
-pub fn evaluate(
+fn evaluate(
     sets: &[PictureSet],
     context: &ReadContext,
 ) -> Result<Vec<ChannelTransfer>, EvaluationError> {

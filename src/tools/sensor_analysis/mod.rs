@@ -4,9 +4,9 @@ mod data_file;
 mod evaluation;
 mod field_stack;
 mod high_pass;
+mod json;
 mod photon_transfer;
 
-pub use data_file::{Light, ListedPicture, PictureSet, parse_data_file};
-pub use evaluation::{ChannelTransfer, EvaluationError, evaluate};
+pub use evaluation::{ChannelTransfer, evaluate_file};
 pub use field_stack::{FieldStack, FieldStatistics, MIN_FIELD, Variances};
 pub use photon_transfer::{Deviation, Exposure, PhotonTransfer, TransferError};

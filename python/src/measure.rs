@@ -1,0 +1,92 @@
+//! Measurements of test charts in arrays, and of the noise of a sensor, as JSON.
+
+use std::path::PathBuf;
+
+use petzval::Picture;
+use petzval_base::io::ReadContext;
+use petzval_tools::chart_analysis::{
+    ColourPatches, DotGrid, EdgeResponse, TextureResponse, luminance,
+};
+use petzval_tools::sensor_analysis::{ChannelTransfer, evaluate_file};
+use pyo3::prelude::*;
+use serde_json::Value;
+
+use crate::array;
+use crate::error::value_error;
+use crate::worker;
+
+/// First column and row of a region, and those that no longer belong to it.
+type Region = (usize, usize, usize, usize);
+
+/// Returns a region of a picture.
+fn within(region: Region, picture: &Picture) -> PyResult<[[usize; 2]; 2]> {
+    let (x0, y0, x1, y1) = region;
+    let [width, height] = picture.size;
+    match x0 < x1 && y0 < y1 && x1 <= width && y1 <= height {
+        true => Ok([[x0, y0], [x1, y1]]),
+        false => Err(value_error(format!(
+            "region={region:?}: the picture has {width} x {height} pixels; expected x0, y0, x1, y1 within it"
+        ))),
+    }
+}
+
+/// Returns the value of a pixel that is measured: that of a grey picture, or the luminance.
+fn value([r, g, b]: [f32; 3]) -> f64 {
+    luminance([r, g, b].map(f64::from))
+}
+
+#[pyfunction]
+pub fn measure_edge(py: Python<'_>, pixels: &Bound<'_, PyAny>, region: Region) -> PyResult<String> {
+    let (picture, _) = array::picture("pixels", pixels)?;
+    let place = within(region, &picture)?;
+    let edge = worker::caught(py, || EdgeResponse::measure(&picture, place, value))?;
+    let edge = edge.map_err(|error| value_error(format!("region={region:?}: {error}")))?;
+    Ok(edge.json().to_string())
+}
+
+#[pyfunction]
+pub fn measure_texture(
+    py: Python<'_>,
+    pixels: &Bound<'_, PyAny>,
+    region: Region,
+    chart: &Bound<'_, PyAny>,
+    second: Option<&Bound<'_, PyAny>>,
+) -> PyResult<String> {
+    let (picture, _) = array::picture("pixels", pixels)?;
+    let (chart, _) = array::picture("chart", chart)?;
+    let place = within(region, &picture)?;
+    let second = second.map(|second| array::picture("second", second)).transpose()?;
+    let other = second.as_ref().map_or(&picture, |(second, _)| second);
+    within(region, other)?;
+    let texture =
+        worker::caught(py, || TextureResponse::measure([&picture, other], place, &chart, value))?;
+    let texture = texture.map_err(|error| value_error(format!("region={region:?}: {error}")))?;
+    Ok(texture.json().to_string())
+}
+
+#[pyfunction]
+pub fn measure_grid(py: Python<'_>, pixels: &Bound<'_, PyAny>) -> PyResult<String> {
+    let (picture, _) = array::picture("pixels", pixels)?;
+    let grid = worker::caught(py, || DotGrid::measure(&picture))?;
+    Ok(grid.map_err(value_error)?.json().to_string())
+}
+
+#[pyfunction]
+pub fn measure_colours(
+    py: Python<'_>,
+    pixels: &Bound<'_, PyAny>,
+    region: Region,
+) -> PyResult<String> {
+    let (picture, _) = array::picture("pixels", pixels)?;
+    let place = within(region, &picture)?;
+    let colours = worker::caught(py, || ColourPatches::measure(&picture, place))?;
+    let colours = colours.map_err(|error| value_error(format!("region={region:?}: {error}")))?;
+    Ok(colours.json().to_string())
+}
+
+#[pyfunction]
+pub fn measure_noise(py: Python<'_>, list: PathBuf) -> PyResult<String> {
+    let channels = worker::caught(py, || evaluate_file(&list, &ReadContext::default()))?;
+    let channels = channels.map_err(value_error)?;
+    Ok(Value::Array(channels.iter().map(ChannelTransfer::json).collect()).to_string())
+}

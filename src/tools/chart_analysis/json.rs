@@ -1,0 +1,86 @@
+//! Results as JSON, for the command and for Python.
+
+use serde_json::{Value, json};
+
+use super::{
+    ColourPatches, DotGrid, EdgeAxis, EdgeResponse, GridDot, PatchColour, TextureResponse,
+};
+
+/// Frequencies of a response: hundredths of a cycle a pixel, up to one.
+const STEPS: u32 = 100;
+
+impl EdgeResponse {
+    /// Returns axis, slant (degrees), levels, contrast, frequencies of half and of a tenth of the contrast (cycles a
+    /// pixel), rise (pixels), and the response by frequency up to one cycle a pixel.
+    pub fn json(&self) -> Value {
+        let frequencies: Vec<f64> = (0..=STEPS).map(|i| f64::from(i) / f64::from(STEPS)).collect();
+        let responses: Vec<f64> = frequencies.iter().map(|&f| self.at(f)).collect();
+        json!({
+            "axis": match self.axis { EdgeAxis::X => "x", EdgeAxis::Y => "y" },
+            "slant_degrees": self.angle,
+            "levels": self.levels,
+            "contrast": self.contrast(),
+            "mtf50": self.frequency_of(0.5),
+            "mtf10": self.frequency_of(0.1),
+            "rise_pixels": self.rise(),
+            "cycles_per_pixel": frequencies,
+            "response": responses,
+        })
+    }
+}
+
+impl TextureResponse {
+    /// Returns the response by frequency (cycles a pixel).
+    pub fn json(&self) -> Value {
+        let column = |i: usize| self.response.iter().map(|row| row[i]).collect::<Vec<f64>>();
+        json!({ "cycles_per_pixel": column(0), "response": column(1) })
+    }
+}
+
+impl DotGrid {
+    /// Returns middle, steps, residual (pixels), distortion at the farthest dot (%), and each dot.
+    pub fn json(&self) -> Value {
+        let dot = |dot: &GridDot| {
+            json!({
+                "index": dot.index,
+                "at": dot.at,
+                "distortion_percent": 100.0 * dot.distortion,
+                "radius": self.radius(dot),
+                "red_minus_green": dot.colour[0],
+                "blue_minus_green": dot.colour[1],
+                "lateral_colour": self.lateral_colour(dot),
+            })
+        };
+        json!({
+            "middle": self.middle,
+            "steps": self.steps,
+            "residual": self.residual,
+            "distortion_percent": 100.0 * self.farthest().distortion,
+            "dots": self.dots.iter().map(dot).collect::<Vec<Value>>(),
+        })
+    }
+}
+
+impl ColourPatches {
+    /// Returns brightness relative to the chart, mean colour difference, error of the white balance in a* and b*, and
+    /// each patch.
+    pub fn json(&self) -> Value {
+        let one = |patch: &PatchColour| {
+            json!({
+                "name": patch.name,
+                "mean": patch.mean,
+                "noise": patch.noise,
+                "lab": patch.lab,
+                "expected_lab": patch.expected,
+                "de2000": patch.difference(),
+            })
+        };
+        json!({
+            "brightness": 1.0 / self.scale,
+            "mean_de2000": self.mean_difference(),
+            "max_de2000": self.worst().difference(),
+            "white_balance_error": self.white_balance_error(),
+            "patches": self.patches.iter().map(one).collect::<Vec<Value>>(),
+        })
+    }
+}
