@@ -1,8 +1,8 @@
-"""Measurements of test charts, as ``petzval measure`` makes them, of arrays.
+"""Measurements of test charts in arrays, those of ``petzval measure``.
 
-Pictures are linear: height x width x 3, of which the luminance is measured, or height x width, such as one channel
-of a mosaic. Divide them by the picture of a white chart if the light falls off. A region is ``(x0, y0, x1, y1)`` in
-pixels; ``x1`` and ``y1`` are not included.
+Pictures are linear sRGB, height x width x 3. Edges and texture are measured in their luminance, or in an array of
+height x width, such as one channel. Divide pictures by that of a white chart if the light falls off. A region is
+``(x0, y0, x1, y1)`` in pixels; ``x1`` and ``y1`` are not included.
 """
 
 import json as _json
@@ -20,8 +20,9 @@ __all__ = ["colours", "edge", "grid", "noise", "texture"]
 def edge(pixels: ArrayLike, region: _Sequence[int]) -> dict[str, Any]:
     """Measure the spatial frequency response of a slanted edge (ISO 12233).
 
-    :returns: ``mtf50`` and ``mtf10`` (cycles/pixel), ``rise_pixels``, ``contrast``, ``slant_degrees``, and ``response``
-        by ``cycles_per_pixel``
+    :returns: ``mtf50`` and ``mtf10`` (cycles/pixel; ``None`` where the response stays above), ``rise_pixels``,
+        ``contrast``, ``levels``, ``slant_degrees``, the ``axis`` of the frequencies, and ``response`` by
+        ``cycles_per_pixel``
     """
     return _json.loads(_petzval.measure_edge(pixels, tuple(region)))
 
@@ -41,7 +42,8 @@ def texture(
 def grid(pixels: ArrayLike) -> dict[str, Any]:
     """Measure distortion and lateral colour from a picture of a grid of dark dots.
 
-    :returns: ``distortion_percent`` at the farthest dot, ``steps``, ``residual`` (pixels), and all ``dots``
+    :returns: ``distortion_percent`` at the farthest dot, the ``middle`` of the picture, ``steps`` from dot to dot along
+        rows and columns (pixels), ``residual`` (pixels), and all ``dots``
     """
     return _json.loads(_petzval.measure_grid(pixels))
 
@@ -50,7 +52,8 @@ def colours(pixels: ArrayLike, region: _Sequence[int]) -> dict[str, Any]:
     """Measure colour errors from a picture of a colour checker.
 
     :param region: the rectangle of the 24 patches, without the frame of the chart
-    :returns: ``mean_de2000``, ``white_balance_error`` in a* and b*, ``brightness``, and the 24 ``patches``
+    :returns: ``mean_de2000``, ``max_de2000``, ``white_balance_error`` in a* and b*, ``brightness``, and the 24
+        ``patches``. A mean beyond 15 is that of another region
     """
     return _json.loads(_petzval.measure_colours(pixels, tuple(region)))
 
@@ -59,7 +62,8 @@ def noise(path: Union[str, "_os.PathLike[str]"]) -> list[dict[str, Any]]:
     """Evaluate pictures of uniform light by EMVA 1288.
 
     :param path: list of pictures in the format of EMVA data sets
-    :returns: for each channel of the sensor ``gain`` (codes per electron), ``dark_noise_electrons``, ``dsnu_electrons``,
-        ``prnu_percent``, ``saturation_electrons``, ``quantum_efficiency`` and more
+    :returns: for each channel of the sensor ``gain`` (codes per electron), ``dark_noise_electrons``, ``dsnu_electrons``
+        and ``prnu_percent`` (``total``, ``pixel``, ``row`` and ``column`` of each), ``saturation_electrons``,
+        ``quantum_efficiency`` and more; ``None`` for what the pictures do not tell
     """
     return _json.loads(_petzval.measure_noise(path))
