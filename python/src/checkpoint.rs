@@ -7,10 +7,10 @@ use std::time::Duration;
 use petzval_base::io::{FileLog, OutputFile};
 use petzval_render::checkpoint::{CheckpointError, Head, Inputs, SavedRender};
 use petzval_render::{CheckpointNotice, Checkpointer, RenderStart, ResumeError};
-use pyo3::exceptions::{PyOSError, PyRuntimeWarning};
+use pyo3::exceptions::PyOSError;
 use pyo3::prelude::*;
 
-use crate::error::{checkpoint_error, value_error};
+use crate::error::{checkpoint_error, value_error, warn};
 
 /// What determines the samples of a job, as far as Python knows it.
 #[derive(Clone, Debug, Default)]
@@ -100,13 +100,4 @@ fn digest(path: &Path) -> String {
     let read = files.fill_digests().is_ok();
     let digest = files.iter().next().and_then(|(_, digest)| digest);
     if read { digest.unwrap_or_default().to_owned() } else { String::new() }
-}
-
-/// Issues a warning of Python.
-///
-/// # Errors
-/// Returns the exception if a filter makes the warning an error.
-fn warn(py: Python<'_>, message: &str) -> PyResult<()> {
-    let text = std::ffi::CString::new(message.replace('\0', " ")).unwrap_or_default();
-    PyErr::warn(py, &py.get_type::<PyRuntimeWarning>(), &text, 0)
 }

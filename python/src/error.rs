@@ -11,12 +11,21 @@ use petzval_render::checkpoint::CheckpointError;
 use petzval_scene_formats::ply::PlyError;
 use petzval_spectrum::GlassError;
 use petzval_tools::dataset::DatasetError;
-use pyo3::PyErr;
-use pyo3::exceptions::{PyMemoryError, PyRuntimeError, PyValueError};
+use pyo3::exceptions::{PyMemoryError, PyRuntimeError, PyRuntimeWarning, PyValueError};
+use pyo3::prelude::*;
 
 /// Returns the exception of a value that makes no sense.
 pub fn value_error(problem: impl Display) -> PyErr {
     PyValueError::new_err(problem.to_string())
+}
+
+/// Issues a warning of Python.
+///
+/// # Errors
+/// Returns the exception if a filter makes the warning an error.
+pub fn warn(py: Python<'_>, message: &str) -> PyResult<()> {
+    let text = std::ffi::CString::new(message.replace('\0', " ")).unwrap_or_default();
+    PyErr::warn(py, &py.get_type::<PyRuntimeWarning>(), &text, 0)
 }
 
 /// Returns the subclass of `OSError` of an error of the system, with a message of ours. Errors that

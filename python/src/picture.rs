@@ -10,7 +10,7 @@ use petzval_tools::metric::DynamicRange;
 use pyo3::prelude::*;
 
 use crate::array;
-use crate::error::{image_error, value_error};
+use crate::error::{image_error, value_error, warn};
 use crate::image::{ExposureSetting, bits_of};
 use crate::worker;
 
@@ -58,7 +58,7 @@ pub fn read_image<'py>(py: Python<'py>, path: PathBuf) -> PyResult<Bound<'py, Py
     array::of_picture(py, &picture, grey)
 }
 
-/// Develops a raw file (.dng): levels, white balance, demosaicking, colours. Returns an array of float32, height x
+/// Develops a raw file (.dng): levels, gain map, white balance, demosaicking, colours. Returns an array of float32, height x
 /// width x 3, linear sRGB; height x width for a sensor without filters. `white_balance` is "as-shot", "auto", a
 /// temperature such as "3200K", an illuminant such as "D65", or chromaticities "x,y".
 #[pyfunction]
@@ -75,6 +75,11 @@ pub fn develop<'py>(
             RawFile::read(&path, &ReadContext::default()).map_err(|error| image_error(&error))?;
         raw.develop(white).map_err(|error| value_error(format!("{}: {error}", path.display())))
     })?;
+    if !developed.left_out.is_empty() {
+        let names = developed.left_out.join(", ");
+        let text = format!("{} asks for corrections that are left out: {names}", path.display());
+        warn(py, &text)?;
+    }
     array::of_picture(py, &developed.picture, developed.white.is_none())
 }
 

@@ -7,6 +7,9 @@ use petzval_spectrum::{D50, Primaries, adapt};
 
 use super::DevelopError;
 
+/// Largest element of a matrix that is accepted.
+const MAX_ELEMENT: f64 = 1e4;
+
 /// Matrices of a camera in one light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct LightColours {
@@ -45,20 +48,20 @@ impl CameraColours {
     /// # Errors
     /// Returns what was found if there are no matrices, or if one is singular.
     pub fn new(mut lights: Vec<LightColours>, as_shot: Option<Neutral>) -> Result<Self, String> {
-        let sound = |matrix: &DMat3| matrix.is_finite() && matrix.determinant().abs() > 1e-9;
-        for (k, light) in lights.iter_mut().enumerate() {
+        let is_sound = |matrix: &DMat3| {
+            let largest = matrix.to_cols_array().into_iter().map(f64::abs).fold(0.0, f64::max);
+            largest < MAX_ELEMENT && matrix.determinant().abs() > 1e-9
+        };
+        for light in &mut lights {
             if let Some(forward) = &mut light.to_xyz_d50 {
                 // White is D50, whatever the rounding of the file.
                 *forward = DMat3::from_diagonal(xyz(D50) / (*forward * DVec3::ONE)) * *forward;
             }
-            if !(sound(&(light.calibration * light.from_xyz))
-                && light.to_xyz_d50.as_ref().is_none_or(sound))
-            {
-                let number = k + 1;
-                return Err(format!(
-                    "its ColorMatrix{number} or ForwardMatrix{number} is singular; expected matrices that tell three \
-                     colours apart"
-                ));
+            let to_channels = light.calibration * light.from_xyz;
+            if !(is_sound(&to_channels) && light.to_xyz_d50.as_ref().is_none_or(is_sound)) {
+                return Err("its ColorMatrix or ForwardMatrix is singular or too large; expected matrices that tell three \
+                            colours apart"
+                    .to_owned());
             }
         }
         let (first, second) = match lights[..] {
@@ -242,7 +245,7 @@ mod tests {
             calibration: DMat3::IDENTITY,
             to_xyz_d50: None,
         };
-        assert!(CameraColours::new(vec![flat], None).unwrap_err().contains("ColorMatrix1"));
+        assert!(CameraColours::new(vec![flat], None).unwrap_err().contains("singular"));
     }
 
     #[test]

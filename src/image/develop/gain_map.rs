@@ -22,13 +22,15 @@ const NAMES: [&str; 14] = [
 ];
 /// Bytes of its parameters before the gains.
 const HEAD: usize = 76;
-/// Largest gain that is accepted.
+/// Largest gain that is accepted, and largest reading after a map.
 const MAX_GAIN: f32 = 1e4;
+/// Most opcodes of a list: each gain map is a pass over the picture.
+const MAX_OPCODES: u32 = 64;
 
 /// Factors on readings, linear between the points of a grid.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct GainMap {
-    /// First row and column, and those that are no longer multiplied.
+    /// First row, first column, and the row and the column that are no longer multiplied.
     area: [u32; 4],
     /// Steps from row to row and from column to column.
     pitch: [u32; 2],
@@ -46,7 +48,7 @@ pub(crate) struct GainMap {
 pub(crate) struct Opcodes {
     /// Gain maps, in the order of their application.
     pub gain_maps: Vec<GainMap>,
-    /// Identifiers of all others, which are left out.
+    /// Identifiers of those that are left out.
     pub left_out: Vec<u32>,
 }
 
@@ -54,13 +56,19 @@ impl Opcodes {
     /// Identifier of the opcode of gain maps.
     pub const GAIN_MAP: u32 = 9;
 
-    /// Returns the names of those that are left out.
+    /// Returns the names of those that are left out, each once.
     pub fn names_left_out(&self) -> Vec<String> {
-        let name = |id: &u32| match NAMES.get((*id as usize).wrapping_sub(1)) {
-            Some(name) => (*name).to_owned(),
-            None => format!("opcode {id}"),
-        };
-        self.left_out.iter().map(name).collect()
+        let mut names: Vec<String> = Vec::new();
+        for id in &self.left_out {
+            let name = match NAMES.get((*id as usize).wrapping_sub(1)) {
+                Some(name) => (*name).to_owned(),
+                None => format!("opcode {id}"),
+            };
+            if !names.contains(&name) {
+                names.push(name);
+            }
+        }
+        names
     }
 
     /// Reads a list of opcodes, whose numbers are big-endian in any file.
@@ -68,18 +76,25 @@ impl Opcodes {
     /// # Errors
     /// Returns what was found if the list or a gain map is malformed.
     pub fn parse(bytes: &[u8]) -> Result<Self, String> {
-        let cut_off = || "its list of opcodes is cut off".to_owned();
+        let cut_off = || "is cut off".to_owned();
         let long = |at: usize| {
             let bytes = bytes.get(at..)?.first_chunk::<4>()?;
             Some(u32::from_be_bytes(*bytes))
         };
         let mut opcodes = Self::default();
         let mut at = 4;
-        for _ in 0..long(0).ok_or_else(cut_off)? {
+        let count = long(0).ok_or_else(cut_off)?;
+        if count > MAX_OPCODES {
+            return Err(format!("has {count} opcodes; expected {MAX_OPCODES} or fewer"));
+        }
+        for _ in 0..count {
             let (id, length) = long(at).zip(long(at + 12)).ok_or_else(cut_off)?;
             let parameters = bytes[at + 16..].get(..length as usize).ok_or_else(cut_off)?;
             match id {
-                Self::GAIN_MAP => opcodes.gain_maps.push(GainMap::parse(parameters)?),
+                Self::GAIN_MAP => match GainMap::parse(parameters)? {
+                    Some(map) => opcodes.gain_maps.push(map),
+                    None => opcodes.left_out.push(id),
+                },
                 _ => opcodes.left_out.push(id),
             }
             at += 16 + length as usize;
@@ -89,9 +104,11 @@ impl Opcodes {
 }
 
 impl GainMap {
-    fn parse(bytes: &[u8]) -> Result<Self, String> {
-        let malformed = |found: &str| format!("its gain map {found}");
-        let (head, gains) = bytes.split_at_checked(HEAD).ok_or_else(|| malformed("is cut off"))?;
+    /// Reads the parameters of a map; none of a map for other planes than the one of the readings.
+    fn parse(bytes: &[u8]) -> Result<Option<Self>, String> {
+        let malformed = |found: &str| format!("has a gain map {found}");
+        let (head, gains) =
+            bytes.split_at_checked(HEAD).ok_or_else(|| malformed("that is cut off"))?;
         let chunks = head.as_chunks::<4>().0;
         let long = |i: usize| u32::from_be_bytes(chunks[i]);
         let double = |i: usize| f64::from_bits(u64::from(long(i)) << 32 | u64::from(long(i + 1)));
@@ -100,7 +117,11 @@ impl GainMap {
         let count = points[0].checked_mul(points[1]).and_then(|n| n.checked_mul(planes));
         let gains = gains.as_chunks::<4>().0;
         if count.is_none_or(|count| count == 0 || count > gains.len()) {
-            return Err(malformed("has fewer gains than points"));
+            let [rows, columns] = points;
+            let found = gains.len();
+            return Err(malformed(&format!(
+                "of {rows} x {columns} points in {planes} planes with {found} gains; expected a gain for each"
+            )));
         }
         let gains: Vec<f32> = gains
             .iter()
@@ -122,8 +143,10 @@ impl GainMap {
         match map.gains.iter().all(is_sound)
             && (0..2).all(|i| map.pitch[i] > 0 && spaced(i) && map.origin[i].is_finite())
         {
-            true => Ok(map),
-            false => Err(malformed("has gains, steps or places that are out of range")),
+            true => Ok((long(4) == 0 && long(5) > 0).then_some(map)),
+            false => Err(malformed(
+                "that is out of range; expected gains from 0 to 10000, pitches of 1 or more and points that are apart",
+            )),
         }
     }
 
@@ -149,7 +172,8 @@ impl GainMap {
                     let gains = &self.gains[i * self.points[1]..];
                     mix(gains[before], gains[after], across)
                 };
-                row[x] *= mix(in_row(above), in_row(below), down);
+                let gain = mix(in_row(above), in_row(below), down);
+                row[x] = (row[x] * gain).clamp(-MAX_GAIN, MAX_GAIN);
             }
         });
     }
@@ -203,6 +227,25 @@ pub(crate) mod tests {
                 if x % 2 == 1 && y % 2 == 0 { 1.0 + place[0] + 2.0 * place[1] } else { 1.0 };
             assert!((gain - expected).abs() < 1e-6, "{x},{y}: {gain}, not {expected}");
         }
+    }
+
+    #[test]
+    fn maps_of_other_planes_are_left_out_and_other_gains_skipped() {
+        let mut second_plane = list();
+        // Plane is the fifth number of the map, which begins at byte 40.
+        second_plane[40 + 19] = 1;
+        let opcodes = Opcodes::parse(&second_plane).unwrap();
+        assert_eq!((opcodes.gain_maps.len(), opcodes.left_out), (0, vec![1, 9]));
+        // Of two planes of gains and one point, the first gain counts everywhere.
+        let mut planes = list();
+        let points = 40 + 32;
+        planes[points..points + 8].copy_from_slice(&[0, 0, 0, 1, 0, 0, 0, 1]);
+        planes[40 + 75] = 2;
+        let opcodes = Opcodes::parse(&planes).unwrap();
+        assert_eq!(opcodes.gain_maps[0].gains, [1.0]);
+        let mut readings = vec![0.5; 8 * 4];
+        opcodes.gain_maps[0].apply([8, 4], &mut readings);
+        assert_eq!(readings, vec![0.5; 8 * 4]);
     }
 
     #[test]

@@ -115,7 +115,7 @@ impl RawFile {
         let (pixels, white) = match (&self.colours, self.codes.filters) {
             (Some(colours), Some(filters)) => {
                 demosaic::check(size, filters)?;
-                let mut readings = self.readings();
+                let mut readings = self.levelled();
                 let neutral = match white {
                     WhiteBalance::Off => colours.as_shot(),
                     WhiteBalance::Auto => Some(mean_channels(size[0], &readings, filters)),
@@ -127,6 +127,7 @@ impl RawFile {
                 if !is_light {
                     return Err(DevelopError::NoWhite);
                 }
+                self.correct(&mut readings);
                 // A saturated channel with a larger gain would tint highlights: all are clipped where white saturates.
                 let gains = neutral.to_array().map(|share| (1.0 / share) as f32);
                 by_filter(size[0], &mut readings, |value, place| {
@@ -141,7 +142,8 @@ impl RawFile {
                 (pixels, Some(light))
             }
             _ => {
-                let readings = self.readings();
+                let mut readings = self.levelled();
+                self.correct(&mut readings);
                 (readings.iter().map(|&value| [gain * value.min(1.0); 3]).collect(), None)
             }
         };
@@ -150,15 +152,19 @@ impl RawFile {
     }
 
     /// Returns the readings: 0 without light, 1 if saturated.
-    fn readings(&self) -> Vec<f32> {
+    fn levelled(&self) -> Vec<f32> {
         let scales = self.black.map(|black| 1.0 / (self.white - black));
         let mut readings: Vec<f32> =
             self.codes.codes.par_iter().map(|&code| f32::from(code)).collect();
         by_filter(self.codes.size[0], &mut readings, |code, place| {
             ((f64::from(code) - self.black[place]) * scales[place]) as f32
         });
-        self.opcodes.gain_maps.iter().for_each(|map| map.apply(self.codes.size, &mut readings));
         readings
+    }
+
+    /// Multiplies readings by the gain maps of the file.
+    fn correct(&self, readings: &mut [f32]) {
+        self.opcodes.gain_maps.iter().for_each(|map| map.apply(self.codes.size, readings));
     }
 }
 

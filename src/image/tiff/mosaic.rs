@@ -48,16 +48,15 @@ impl<'a> RawDirectory<'a> {
             if file.at(directory, 2).is_none() {
                 return Err("it is cut off".to_owned());
             }
-            let number = |tag| file.entry(directory, tag).and_then(|found| found.first().copied());
-            let photometric = number(tags::PHOTOMETRIC);
+            let photometric = file.first(directory, tags::PHOTOMETRIC)?;
             if let Some(COLOR_FILTER_ARRAY | LINEAR_RAW) = photometric {
                 let filtered = photometric == Some(COLOR_FILTER_ARRAY);
-                if number(tags::NEW_SUBFILE_TYPE).unwrap_or(0) == 0 {
+                if file.first(directory, tags::NEW_SUBFILE_TYPE)?.unwrap_or(0) == 0 {
                     return Ok(Self { file, first, directory, filtered });
                 }
                 second_choice.get_or_insert((directory, filtered));
             }
-            let more = file.entry(directory, tags::SUB_DIRECTORIES).unwrap_or_default();
+            let more = file.entry(directory, tags::SUB_DIRECTORIES)?.unwrap_or_default();
             directories.extend(more.into_iter().map(|place| place as usize).take(MAX_DIRECTORIES));
             if looked_at == MAX_DIRECTORIES {
                 break;
@@ -82,34 +81,33 @@ fn read_directory(
     filtered: bool,
 ) -> Result<RawCodes, String> {
     let all = |tag| file.entry(directory, tag);
-    let one = |tag, default: u64| all(tag).map_or(Some(default), |found| found.first().copied());
-    if one(tags::COMPRESSION, 1) != Some(1) {
+    let one = |tag, default: u64| file.first(directory, tag).map(|found| found.unwrap_or(default));
+    if one(tags::COMPRESSION, 1)? != 1 {
         return Err(
             "its raw data is compressed; expected none, as Adobe DNG Converter writes with \
                     \"Uncompressed\"; petzval measure noise also reads codes from TIFF files"
                 .to_owned(),
         );
     }
-    let [bits, samples] =
-        [one(tags::BITS, 1), one(tags::SAMPLES, 1)].map(|found| found.unwrap_or(0));
+    let [bits, samples] = [one(tags::BITS, 1)?, one(tags::SAMPLES, 1)?];
     if (bits, samples) != (16, 1) {
         return Err(format!(
             "its raw data has {samples} samples of {bits} bits a pixel; expected one of 16; petzval measure noise also reads \
              codes from TIFF files"
         ));
     }
-    if all(tags::LINEARIZATION_TABLE).is_some() {
+    if all(tags::LINEARIZATION_TABLE)?.is_some() {
         return Err("its codes are not linear, but behind a linearization table; expected linear codes; petzval measure \
                     noise also reads them from TIFF files"
             .to_owned());
     }
     let cut = || "its raw data is cut off".to_owned();
-    let [width, height] = [tags::WIDTH, tags::HEIGHT]
-        .map(|tag| one(tag, 0).and_then(|side| usize::try_from(side).ok()).unwrap_or(0));
-    let filters = match (filtered, all(tags::CFA_PATTERN).as_deref()) {
+    let [width, height] = [one(tags::WIDTH, 0)?, one(tags::HEIGHT, 0)?]
+        .map(|side| usize::try_from(side).unwrap_or(0));
+    let filters = match (filtered, all(tags::CFA_PATTERN)?.as_deref()) {
         (false, _) => None,
         (true, Some(&[a, b, c, d]))
-            if all(tags::CFA_SIZE) == Some(vec![2, 2]) && [a, b, c, d].iter().all(|&f| f < 3) =>
+            if all(tags::CFA_SIZE)? == Some(vec![2, 2]) && [a, b, c, d].iter().all(|&f| f < 3) =>
         {
             Some([a, b, c, d].map(|filter| filter as u8))
         }
@@ -119,8 +117,8 @@ fn read_directory(
             );
         }
     };
-    let strips = all(tags::STRIP_OFFSETS)
-        .zip(all(tags::STRIP_BYTES))
+    let strips = all(tags::STRIP_OFFSETS)?
+        .zip(all(tags::STRIP_BYTES)?)
         .ok_or("its raw data is not in strips; expected strips of rows, without compression")?;
     let mut codes = Vec::new();
     for (offset, length) in strips.0.into_iter().zip(strips.1) {
@@ -128,7 +126,7 @@ fn read_directory(
         let to = usize::try_from(length).ok().and_then(|length| from.checked_add(length));
         let strip = to.and_then(|to| file.bytes.get(from..to)).ok_or_else(cut)?;
         // A strip that is given twice or more could fill the memory.
-        if codes.len() + strip.len() / 2 > file.bytes.len() {
+        if codes.len() + strip.len() / 2 > file.bytes.len() / 2 {
             return Err(cut());
         }
         codes.extend(strip.as_chunks::<2>().0.iter().map(|&code| file.short(code)));
@@ -137,7 +135,7 @@ fn read_directory(
         return Err(cut());
     }
     // Masked photosites lie around the active ones, from which the filters count.
-    let area = all(tags::ACTIVE_AREA).unwrap_or_else(|| vec![0, 0, height as u64, width as u64]);
+    let area = all(tags::ACTIVE_AREA)?.unwrap_or_else(|| vec![0, 0, height as u64, width as u64]);
     let [top, left, bottom, right] = area[..] else {
         return Err("its active area has other than four borders".to_owned());
     };

@@ -1,5 +1,7 @@
 //! Numbers and entries of a TIFF file (TIFF 6.0, 1992, section 2).
 
+use super::tags;
+
 /// Numbers of a TIFF file in its order of bytes.
 pub(super) struct Numbers<'a> {
     pub bytes: &'a [u8],
@@ -52,30 +54,64 @@ impl<'a> Numbers<'a> {
         Some((kind, from, count))
     }
 
-    /// Returns the bytes of an entry of bytes, text or undefined ones; none without the entry.
-    pub fn blob(&self, directory: usize, tag: u16) -> Option<&'a [u8]> {
-        let one = |kind| matches!(kind, 1 | 2 | 7).then_some(1);
-        let (_, from, count) = self.elements(self.place(directory, tag)?, one)?;
-        self.bytes.get(from..from.checked_add(count)?)
+    /// Returns what a reader makes of an entry; none without the entry.
+    fn read<T>(
+        &self,
+        directory: usize,
+        tag: u16,
+        read: impl Fn(usize) -> Option<T>,
+    ) -> Result<Option<T>, String> {
+        let Some(entry) = self.place(directory, tag) else { return Ok(None) };
+        let cut_off = || {
+            format!("its {} is cut off or of another type; expected that of DNG", tags::name(tag))
+        };
+        read(entry).map(Some).ok_or_else(cut_off)
     }
 
-    /// Returns the whole numbers of an entry of the directory at a place; none without the entry.
-    pub fn entry(&self, directory: usize, tag: u16) -> Option<Vec<u64>> {
-        let (kind, from, count) = self.elements(self.place(directory, tag)?, whole_size)?;
-        let size = whole_size(kind)?;
-        (0..count).map(|i| self.at(from + size * i, size)).collect()
+    /// Returns the bytes of an entry of bytes, text or undefined ones; none without the entry.
+    ///
+    /// # Errors
+    /// Returns what was found if the entry is cut off or of another type.
+    pub fn blob(&self, directory: usize, tag: u16) -> Result<Option<&'a [u8]>, String> {
+        let one = |kind| matches!(kind, 1 | 2 | 7).then_some(1);
+        self.read(directory, tag, |entry| {
+            let (_, from, count) = self.elements(entry, one)?;
+            self.bytes.get(from..from.checked_add(count)?)
+        })
+    }
+
+    /// Returns the whole numbers of an entry; none without the entry.
+    ///
+    /// # Errors
+    /// As [`Self::blob`].
+    pub fn entry(&self, directory: usize, tag: u16) -> Result<Option<Vec<u64>>, String> {
+        self.read(directory, tag, |entry| {
+            let (kind, from, count) = self.elements(entry, whole_size)?;
+            let size = whole_size(kind)?;
+            (0..count).map(|i| self.at(from + size * i, size)).collect()
+        })
+    }
+
+    /// Returns the first whole number of an entry; none without the entry.
+    ///
+    /// # Errors
+    /// As [`Self::blob`].
+    pub fn first(&self, directory: usize, tag: u16) -> Result<Option<u64>, String> {
+        Ok(self.entry(directory, tag)?.and_then(|found| found.first().copied()))
     }
 
     /// Returns the numbers of an entry, whole ones, fractions or floats; none without the entry.
     ///
     /// # Errors
-    /// Returns what was found if the entry is cut off, of another type or not finite.
+    /// As [`Self::blob`], and if a number is not finite.
     pub fn reals(&self, directory: usize, tag: u16) -> Result<Option<Vec<f64>>, String> {
-        let Some(entry) = self.place(directory, tag) else { return Ok(None) };
-        match self.reals_at(entry) {
-            Some(reals) if reals.iter().all(|real| real.is_finite()) => Ok(Some(reals)),
-            Some(reals) => Err(format!("its entry {tag} is {reals:?}; expected finite numbers")),
-            None => Err(format!("its entry {tag} is cut off, or no numbers")),
+        let reals = self.read(directory, tag, |entry| self.reals_at(entry))?;
+        match reals.iter().flatten().find(|real| !real.is_finite()) {
+            None => Ok(reals),
+            Some(real) => Err(format!(
+                "its {} has the number {real}; expected finite numbers",
+                tags::name(tag)
+            )),
         }
     }
 
@@ -145,9 +181,12 @@ mod tests {
         assert_eq!(read(11, 2, &[1.5_f32.to_be_bytes(); 2].concat()), Ok(Some(vec![1.5; 2])));
         assert_eq!(read(3, 3, &[0, 7, 1, 0, 0, 9]), Ok(Some(vec![7.0, 256.0, 9.0])));
         assert_eq!(read(9, 2, &longs([-3, 4, 7, 2])), Ok(Some(vec![-3.0, 4.0])));
-        assert!(read(5, 3, &longs([3, 4, 7, 2])).unwrap_err().contains("256 is cut off"));
-        assert!(read(2, 4, b"text").unwrap_err().contains("no numbers"));
+        assert!(read(5, 3, &longs([3, 4, 7, 2])).unwrap_err().contains("its entry 256 is cut off"));
+        assert!(read(2, 4, b"text").unwrap_err().contains("of another type"));
         assert!(read(5, 1, &[0; 8]).unwrap_err().contains("expected finite numbers"));
+        let cut = file(7, 9, b"bytes");
+        assert!(Numbers::new(&cut).blob(8, 256).unwrap_err().contains("is cut off"));
+        assert!(Numbers::new(&cut).entry(8, 256).unwrap_err().contains("is cut off"));
         let bytes = file(3, 1, &[]);
         assert_eq!(Numbers::new(&bytes).reals(8, 257), Ok(None));
     }

@@ -39,7 +39,7 @@ pub(crate) fn read_raw(bytes: &[u8]) -> Result<RawFile, String> {
         ([2.0, 2.0], &[a, b, c, d]) => [a, b, c, d],
         _ => {
             return Err(format!(
-                "its black level is given for {} photosites; expected one, or two by two",
+                "its black level is given for {} photosites; expected one, or a pattern of up to two by two",
                 levels.len()
             ));
         }
@@ -56,25 +56,29 @@ pub(crate) fn read_raw(bytes: &[u8]) -> Result<RawFile, String> {
     let exposure = exposure.unwrap_or(0.0);
     if exposure.abs() > MAX_EXPOSURE {
         return Err(format!(
-            "its exposure is {exposure} stops; expected at most {MAX_EXPOSURE} in either direction"
+            "its BaselineExposure is {exposure} stops; expected at most {MAX_EXPOSURE} in either direction"
         ));
     }
-    let crop = match (of_data(tags::DEFAULT_CROP_ORIGIN)?, of_data(tags::DEFAULT_CROP_SIZE)?) {
-        (Some(origin), Some(size)) => Some(crop(&origin, &size, codes.size)?),
-        _ => None,
+    let origin = of_data(tags::DEFAULT_CROP_ORIGIN)?.unwrap_or_else(|| vec![0.0; 2]);
+    let crop = match of_data(tags::DEFAULT_CROP_SIZE)? {
+        Some(size) => Some(crop(&origin, &size, codes.size)?),
+        None => None,
     };
     let orientation = of_camera(tags::ORIENTATION)?.and_then(|found| found.first().copied());
     let colours = match codes.filters {
         Some(_) => {
-            let [a, b] = tags::CALIBRATION_SIGNATURES.map(|tag| file.blob(first, tag));
-            Some(read_colours(&of_camera, text_of(a) == text_of(b))?)
+            let [of_camera_file, of_profile] = tags::CALIBRATION_SIGNATURES;
+            let of_camera_file = text_of(file.blob(first, of_camera_file)?);
+            let is_calibrated = of_camera_file == text_of(file.blob(first, of_profile)?);
+            Some(read_colours(&of_camera, is_calibrated)?)
         }
         None => None,
     };
     let mut opcodes = Opcodes::default();
     for tag in tags::OPCODE_LISTS {
-        let Some(list) = file.blob(raw.directory, tag) else { continue };
-        let found = Opcodes::parse(list)?;
+        let Some(list) = file.blob(raw.directory, tag)? else { continue };
+        let found =
+            Opcodes::parse(list).map_err(|found| format!("its {} {found}", tags::name(tag)))?;
         // Other lists apply to codes or to colours.
         if tag == tags::OPCODE_LISTS[1] {
             opcodes.gain_maps = found.gain_maps;
@@ -105,15 +109,21 @@ fn text_of(bytes: Option<&[u8]>) -> &[u8] {
 
 /// Returns the part of a picture that is to be shown: first column and row, and those that no longer are.
 fn crop(origin: &[f64], size: &[f64], picture: [usize; 2]) -> Result<[[usize; 2]; 2], String> {
+    let [&[x, y], &[width, height]] = [origin, size] else {
+        return Err(
+            "its DefaultCropOrigin or DefaultCropSize has other than two numbers".to_owned()
+        );
+    };
+    let (origin, size) = ([x, y], [width, height]);
     let within = |i: usize| {
-        let [from, length] = [*origin.get(i)?, *size.get(i)?].map(f64::round);
+        let [from, length] = [origin[i], size[i]].map(f64::round);
         let fits = from >= 0.0 && length >= 1.0 && from + length <= picture[i] as f64;
         fits.then_some([from as usize, (from + length) as usize])
     };
     match (within(0), within(1)) {
         (Some([left, right]), Some([top, bottom])) => Ok([[left, top], [right, bottom]]),
         _ => Err(format!(
-            "its crop of {size:?} pixels from {origin:?} is not within its {} x {} pixels",
+            "its DefaultCrop of {size:?} pixels from {origin:?} is not within its {} x {} pixels",
             picture[0], picture[1]
         )),
     }
@@ -130,14 +140,14 @@ fn read_colours(
 ) -> Result<CameraColours, String> {
     let three = |tag| match entry(tag)?.as_deref() {
         Some(&[a, b, c]) => Ok(Some(DVec3::new(a, b, c))),
-        Some(found) => Err(format!("its entry {tag} has {} numbers; expected 3", found.len())),
+        Some(found) => Err(wrong_count(tag, found.len(), 3)),
         None => Ok(None),
     };
     let matrix = |tag| match entry(tag)? {
         None => Ok(None),
         Some(found) => match <[f64; 9]>::try_from(found) {
             Ok(elements) => Ok(Some(DMat3::from_cols_array(&elements).transpose())),
-            Err(found) => Err(format!("its entry {tag} has {} numbers; expected 9", found.len())),
+            Err(found) => Err(wrong_count(tag, found.len(), 9)),
         },
     };
     let balance = DMat3::from_diagonal(three(tags::ANALOG_BALANCE)?.unwrap_or(DVec3::ONE));
@@ -159,9 +169,14 @@ fn read_colours(
     let as_shot = match (three(tags::AS_SHOT_NEUTRAL)?, entry(tags::AS_SHOT_WHITE)?.as_deref()) {
         (Some(neutral), _) => Some(Neutral::Channels(neutral)),
         (None, Some(&[x, y])) => Some(Neutral::Light([x, y])),
-        _ => None,
+        (None, Some(found)) => return Err(wrong_count(tags::AS_SHOT_WHITE, found.len(), 2)),
+        (None, None) => None,
     };
     CameraColours::new(lights, as_shot)
+}
+
+fn wrong_count(tag: u16, found: usize, expected: usize) -> String {
+    format!("its {} has {found} numbers; expected {expected}", tags::name(tag))
 }
 
 /// Returns the correlated colour temperature of a light source of Exif 2.32 (K).
@@ -287,7 +302,7 @@ mod tests {
         let stops = shown(16384, false, &[doubles(tags::BASELINE_EXPOSURE, &[-1.0])]).unwrap();
         assert!(is_near(stops, [0.125; 3]), "{stops:?}");
         let far = read_raw(&file(1, false, &[doubles(tags::BASELINE_EXPOSURE, &[2000.0])]));
-        assert!(far.unwrap_err().contains("2000 stops"));
+        assert!(far.unwrap_err().contains("BaselineExposure is 2000 stops"));
     }
 
     #[test]
@@ -318,7 +333,11 @@ mod tests {
         assert!(shown(6000, true, &calibrated).unwrap()[0] < 0.7 * plain[0]);
         for (entry, expected) in [
             (doubles(tags::AS_SHOT_NEUTRAL, &[1.0, 1.0]), "has 2 numbers; expected 3"),
-            (doubles(tags::FORWARD_MATRIX[0], &[1.0]), "has 1 numbers; expected 9"),
+            (
+                doubles(tags::FORWARD_MATRIX[0], &[1.0]),
+                "its ForwardMatrix1 has 1 numbers; expected 9",
+            ),
+            (doubles(tags::COLOR_MATRIX[1], &[1e9; 9]), "singular or too large"),
             (doubles(tags::ANALOG_BALANCE, &[f64::NAN, 1.0, 1.0]), "expected finite numbers"),
             (doubles(tags::AS_SHOT_NEUTRAL, &[0.0, 1.0, 1.0]), "no white in this light"),
         ] {
@@ -341,9 +360,43 @@ mod tests {
         let found = developed.picture.pixels[0][1];
         assert!((found - expected).abs() < 1e-4, "{found}, not {expected}");
         assert!((developed.picture.pixels[1][1] - 0.25).abs() < 1e-4);
+        // A crop without its origin begins at the first pixel.
+        let from_first = read_raw(&file(1, false, &crop[1..])).unwrap();
+        assert_eq!(from_first.crop, Some([[0, 0], [3, 2]]));
+        // Gain maps of other lists are named.
+        let other = read_raw(&file(1, false, &[(tags::OPCODE_LISTS[2], 7, list())])).unwrap();
+        assert_eq!(other.opcodes.names_left_out(), ["GainMap", "WarpRectilinear"]);
+        assert!(other.opcodes.gain_maps.is_empty());
         let wide = [crop[0].clone(), shorts(tags::DEFAULT_CROP_SIZE, &[4, 2])];
         let refused = read_raw(&file(1, false, &wide)).unwrap_err();
         assert!(refused.contains("is not within its 8 x 4 pixels"), "{refused}");
+    }
+
+    #[test]
+    fn readings_below_black_stay_finite_under_many_gain_maps() {
+        let [head, map] = [&list()[..4], &list()[24..]];
+        let mut many = [&head[..3], &[64], &map.repeat(64)].concat();
+        for gain in many[4..].chunks_mut(map.len()).flat_map(|map| map[92..].chunks_mut(4)) {
+            gain.copy_from_slice(&1e4_f32.to_be_bytes());
+        }
+        for filtered in [false, true] {
+            let more = [
+                colours(),
+                vec![(tags::OPCODE_LISTS[1], 7, many.clone()), shorts(tags::BLACK_LEVEL, &[64])],
+            ];
+            let raw = read_raw(&file(1, filtered, &more.concat())).unwrap();
+            assert_eq!(raw.opcodes.gain_maps.len(), 64);
+            let developed = raw.develop(WhiteBalance::Off).unwrap();
+            let values = developed.picture.pixels.as_flattened();
+            assert!(values.iter().all(|value| value.is_finite()), "{values:?}");
+        }
+        many[3] = 65;
+        let more = [(tags::OPCODE_LISTS[1], 7, many)];
+        let refused = read_raw(&file(1, false, &more)).unwrap_err();
+        assert!(
+            refused.contains("its OpcodeList2 has 65 opcodes; expected 64 or fewer"),
+            "{refused}"
+        );
     }
 
     #[test]

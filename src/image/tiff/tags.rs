@@ -37,3 +37,37 @@ pub const COLOR_FILTER_ARRAY: u16 = 32803;
 /// `CalibrationIlluminant` of illuminant A and of D65: light sources of Exif.
 pub const TUNGSTEN: u16 = 17;
 pub const D65: u16 = 21;
+
+/// Names of entries in messages.
+const NAMES: [(u16, &str); 22] = [
+    (COMPRESSION, "Compression"),
+    (PHOTOMETRIC, "PhotometricInterpretation"),
+    (STRIP_OFFSETS, "StripOffsets"),
+    (STRIP_BYTES, "StripByteCounts"),
+    (CFA_PATTERN, "CFAPattern"),
+    (LINEARIZATION_TABLE, "LinearizationTable"),
+    (BLACK_LEVEL_SIZE, "BlackLevelRepeatDim"),
+    (BLACK_LEVEL, "BlackLevel"),
+    (WHITE_LEVEL, "WhiteLevel"),
+    (DEFAULT_CROP_ORIGIN, "DefaultCropOrigin"),
+    (DEFAULT_CROP_SIZE, "DefaultCropSize"),
+    (COLOR_MATRIX[0], "ColorMatrix1"),
+    (COLOR_MATRIX[1], "ColorMatrix2"),
+    (ANALOG_BALANCE, "AnalogBalance"),
+    (AS_SHOT_NEUTRAL, "AsShotNeutral"),
+    (AS_SHOT_WHITE, "AsShotWhiteXY"),
+    (BASELINE_EXPOSURE, "BaselineExposure"),
+    (ACTIVE_AREA, "ActiveArea"),
+    (FORWARD_MATRIX[0], "ForwardMatrix1"),
+    (FORWARD_MATRIX[1], "ForwardMatrix2"),
+    (OPCODE_LISTS[1], "OpcodeList2"),
+    (OPCODE_LISTS[2], "OpcodeList3"),
+];
+
+/// Returns the name of an entry for a message.
+pub fn name(tag: u16) -> String {
+    match NAMES.iter().find(|(other, _)| *other == tag) {
+        Some((_, name)) => (*name).to_owned(),
+        None => format!("entry {tag}"),
+    }
+}
