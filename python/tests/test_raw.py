@@ -318,3 +318,20 @@ def test_a_turned_file_of_others_is_developed_as_libraw_does(chart, tmp_path):
     even, expected = found[inside].reshape(-1, 3), shown[inside].reshape(-1, 3) / 65535
     assert np.ptp(even, axis=0).max() < 1e-5
     assert abs(even[0] - expected[0]).max() < 0.002 * expected.max(), f"{even[0]} {expected[0]}"
+
+
+def test_corrections_that_are_left_out_are_a_warning(tmp_path):
+    # One opcode, WarpRectilinear, optional, without parameters.
+    opcodes = np.array([1, 1, 0x01030000, 1, 0], ">u4").tobytes()
+    unity = (1, 1, 0, 1, 0, 1, 0, 1, 1, 1, 0, 1, 0, 1, 0, 1, 1, 1)
+    tags = [
+        (33421, "H", 2, (2, 2), True), (33422, "B", 4, bytes([0, 1, 1, 2]), True),
+        (50706, "B", 4, bytes([1, 4, 0, 0]), True), (50721, "2i", 9, unity, True),
+        (50728, "2I", 3, (9505, 10888, 10000, 10888, 1, 1), True), (51022, "B", len(opcodes), opcodes, True),
+    ]  # fmt: skip
+    path = tmp_path / "a.dng"
+    with tifffile.TiffWriter(path) as file:
+        file.write(np.full((24, 36), 30000, np.uint16), photometric=32803, extratags=tags, metadata=None)
+    with pytest.warns(RuntimeWarning, match=r"a\.dng asks for corrections that are left out: WarpRectilinear"):
+        found = pz.develop(path)
+    assert found.shape == (24, 36, 3) and np.isfinite(found).all()
