@@ -273,4 +273,12 @@ mod tests {
             assert_eq!(letters(orientation), expected, "{orientation}");
         }
     }
+
+    #[test]
+    fn saturated_photosites_do_not_count_in_the_mean() {
+        // Two cells beside each other, the second with a saturated photosite.
+        let readings = [0.5, 0.2, 0.5, 1.0, 0.2, 0.1, 0.9, 0.8];
+        let means = mean_channels(4, &readings, [0, 1, 1, 2]);
+        assert!((means - DVec3::new(0.5, 0.2, 0.1)).abs().max_element() < 1e-6, "{means}");
+    }
 }
