@@ -7,12 +7,12 @@ use petzval_base::io::ReadContext;
 use petzval_tools::chart_analysis::{
     ColourPatches, DotGrid, EdgeResponse, TextureResponse, luminance,
 };
-use petzval_tools::sensor_analysis::{ChannelTransfer, evaluate_file};
+use petzval_tools::sensor_analysis::{ChannelTransfer, ListError, evaluate_file};
 use pyo3::prelude::*;
 use serde_json::Value;
 
 use crate::array;
-use crate::error::value_error;
+use crate::error::{read_error, value_error};
 use crate::worker;
 
 /// First column and row of a region, and those that no longer belong to it.
@@ -87,6 +87,9 @@ pub fn measure_colours(
 #[pyfunction]
 pub fn measure_noise(py: Python<'_>, list: PathBuf) -> PyResult<String> {
     let channels = worker::caught(py, || evaluate_file(&list, &ReadContext::default()))?;
-    let channels = channels.map_err(value_error)?;
+    let channels = channels.map_err(|error| match &error {
+        ListError::Read(error) => read_error(error),
+        _ => value_error(error),
+    })?;
     Ok(Value::Array(channels.iter().map(ChannelTransfer::json).collect()).to_string())
 }

@@ -117,5 +117,5 @@ def test_bad_input_is_told(tmp_path):
     (tmp_path / "list.txt").write_text("b x\n")
     with pytest.raises(ValueError, match=r"list\.txt:1"):
         pz.measure.noise(tmp_path / "list.txt")
-    with pytest.raises(ValueError, match=r"none\.txt"):
+    with pytest.raises(FileNotFoundError, match=r"none\.txt"):
         pz.measure.noise(tmp_path / "none.txt")

@@ -132,6 +132,15 @@ pub enum ImageError {
         /// The problem.
         found: String,
     },
+    /// A raw file is read as a picture.
+    #[error(
+        "{}: a raw file is no picture yet; develop it first, as by petzval develop",
+        path_excerpt(path)
+    )]
+    Raw {
+        /// The file.
+        path: PathBuf,
+    },
     /// The format cannot hold layers.
     #[error(
         "{}: only EXR holds layers, PNG and TIFF the layer {ALPHA_LAYER}, and NPY spectra; name a picture.exr",
@@ -234,6 +243,7 @@ impl Picture {
                 let grey = raster.channels == 1;
                 ((raster.into_picture(), grey), held)
             }
+            "dng" => return Err(ImageError::Raw { path: path.to_owned() }),
             found => {
                 return Err(ImageError::Format {
                     path: path.to_owned(),

@@ -151,4 +151,6 @@ fn faults_have_a_remedy() {
         assert_eq!(code, 2, "{arguments}: {stderr}");
         assert!(stderr.contains(expected), "{arguments}: {stderr}");
     }
+    let (code, _, stderr) = petzval(at, &["measure", "a.dng", "--edge", "0,0,20,20"]);
+    assert!(code == 2 && stderr.contains("develop it first"), "{stderr}");
 }

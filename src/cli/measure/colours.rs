@@ -74,8 +74,8 @@ fn text_of(colours: &ColourPatches) -> String {
     let [a, b] = colours.white_balance_error();
     let worst = colours.worst();
     let mut text = format!(
-        "mean dE2000 {:.2}, largest {:.2} ({})\nbrightness {:.4} ({:+.2} EV) of that of the chart, white balance off by {a:+.2} in a* and \
-         {b:+.2} in b*\n",
+        "mean dE2000 {:.2}, largest {:.2} ({})\nbrightness {:.4} ({:+.2} EV) of that of the chart, white balance off by \
+         {a:+.2} in a* and {b:+.2} in b*\n",
         colours.mean_difference(),
         worst.difference(),
         worst.name,

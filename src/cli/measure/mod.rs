@@ -25,12 +25,6 @@ use super::arguments::values::{pixel_pitch, typed};
 use super::outputs::claim_writable;
 use super::{Failure, Outcome};
 
-/// Frequencies of the table and of the CSV file (cycles/pixel): up to Nyquist, and up to one cycle a pixel.
-const TABLE_STEP: f64 = 0.05;
-const TABLE_ROWS: u32 = 10;
-const CSV_STEP: f64 = 0.01;
-const CSV_ROWS: u32 = 100;
-
 /// Arguments of `petzval measure`.
 #[derive(Debug, clap::Args)]
 #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
@@ -125,7 +119,7 @@ pub(super) fn run(arguments: &MeasureArguments) -> Result<Outcome, Failure> {
         edges.push(edge.map_err(|error| format!("{name} of {file}: {error}"))?);
     }
     write_table(csv.as_deref(), &context, || {
-        rows(&edges, CSV_STEP, CSV_ROWS).iter().map(|row| row.join(",") + "\n").collect()
+        rows(&edges, EdgeResponse::frequencies()).iter().map(|row| row.join(",") + "\n").collect()
     })?;
     super::print(&match json {
         true => format!("{:#}\n", json_of(arguments, &edges)),
@@ -207,11 +201,10 @@ fn divide(
 }
 
 /// Returns the responses: a row for each frequency, a column for each edge.
-fn rows(edges: &[EdgeResponse], step: f64, count: u32) -> Vec<Vec<String>> {
+fn rows(edges: &[EdgeResponse], frequencies: impl Iterator<Item = f64>) -> Vec<Vec<String>> {
     let names = (1..=edges.len()).map(|i| format!("edge {i}"));
     let mut rows = vec![["cycles/pixel".to_owned()].into_iter().chain(names).collect()];
-    rows.extend((0..=count).map(|i| {
-        let frequency = step * f64::from(i);
+    rows.extend(frequencies.map(|frequency| {
         let responses = edges.iter().map(|edge| format!("{:.4}", edge.at(frequency)));
         [format!("{frequency:.2}")].into_iter().chain(responses).collect()
     }));
@@ -250,7 +243,8 @@ fn text_of(arguments: &MeasureArguments, edges: &[EdgeResponse]) -> String {
         );
     }
     text.push('\n');
-    for row in rows(edges, TABLE_STEP, TABLE_ROWS) {
+    // Every fifth frequency, up to Nyquist.
+    for row in rows(edges, EdgeResponse::frequencies().step_by(5).take(11)) {
         let cells: String = row[1..].iter().map(|cell| format!("{cell:>10}")).collect();
         let _ = writeln!(text, "{:<14}{cells}", row[0]);
     }
@@ -258,11 +252,7 @@ fn text_of(arguments: &MeasureArguments, edges: &[EdgeResponse]) -> String {
 }
 
 fn json_of(arguments: &MeasureArguments, edges: &[EdgeResponse]) -> Value {
-    let one = |(edge, region): (&EdgeResponse, &[[u32; 2]; 2])| {
-        let mut found = edge.json();
-        found["region"] = json!(region.as_flattened());
-        found
-    };
+    let one = |(edge, region): (&EdgeResponse, &[[u32; 2]; 2])| with_region(edge.json(), *region);
     json!({
         "picture": arguments.picture.as_ref().map(|path| path.display().to_string()),
         "pixel_um": arguments.pixel,
@@ -273,8 +263,13 @@ fn json_of(arguments: &MeasureArguments, edges: &[EdgeResponse]) -> Value {
 /// Returns a result as JSON with the picture, and the region of it, that it was measured in.
 fn with_source(mut found: Value, picture: &Path, region: Option<[[u32; 2]; 2]>) -> Value {
     found["picture"] = json!(picture.display().to_string());
-    if let Some(region) = region {
-        found["region"] = json!(region.as_flattened());
+    match region {
+        Some(region) => with_region(found, region),
+        None => found,
     }
+}
+
+fn with_region(mut found: Value, region: [[u32; 2]; 2]) -> Value {
+    found["region"] = json!(region.as_flattened());
     found
 }

@@ -85,7 +85,9 @@ pub(super) fn demosaic(size: [usize; 2], mosaic: &[f32], filters: [u8; 4]) -> Ve
     });
     let [across, down] = [&across, &down].map(|values| Plane { size, values: &values[..] });
     let is_across = map_pixels(size, |x, y| {
-        variation(across, [x, y], DIRECTIONS[0]) <= variation(down, [x, y], DIRECTIONS[1])
+        // Pixels behind green filters need no direction.
+        filter(x, y) == 1
+            || variation(across, [x, y], DIRECTIONS[0]) <= variation(down, [x, y], DIRECTIONS[1])
     });
     let green = map_pixels(size, |x, y| {
         let i = y as usize * size[0] + x as usize;

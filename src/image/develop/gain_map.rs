@@ -20,7 +20,7 @@ const NAMES: [&str; 14] = [
     "ScalePerColumn",
     "WarpRectilinear2",
 ];
-/// Bytes of its parameters before the gains.
+/// Bytes of the parameters of a gain map before its gains.
 const HEAD: usize = 76;
 /// Largest gain that is accepted, and largest reading after a map.
 const MAX_GAIN: f32 = 1e4;

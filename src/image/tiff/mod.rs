@@ -4,6 +4,7 @@ mod display;
 mod dng;
 mod mosaic;
 mod numbers;
+mod raw_colours;
 mod raw_tags;
 mod tags;
 

@@ -6,14 +6,16 @@ use super::{
     ColourPatches, DotGrid, EdgeAxis, EdgeResponse, GridDot, PatchColour, TextureResponse,
 };
 
-/// Frequencies of a response: hundredths of a cycle a pixel, up to one.
-const STEPS: u32 = 100;
-
 impl EdgeResponse {
+    /// Returns the frequencies of a table (cycles a pixel): hundredths, up to one.
+    pub fn frequencies() -> impl Iterator<Item = f64> {
+        (0..=100).map(|i| f64::from(i) / 100.0)
+    }
+
     /// Returns axis, slant (degrees), levels, contrast, frequencies of half and of a tenth of the contrast (cycles a
     /// pixel), rise (pixels), and the response by frequency up to one cycle a pixel.
     pub fn json(&self) -> Value {
-        let frequencies: Vec<f64> = (0..=STEPS).map(|i| f64::from(i) / f64::from(STEPS)).collect();
+        let frequencies: Vec<f64> = Self::frequencies().collect();
         let responses: Vec<f64> = frequencies.iter().map(|&f| self.at(f)).collect();
         json!({
             "axis": match self.axis { EdgeAxis::X => "x", EdgeAxis::Y => "y" },

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use petzval_base::io::{ReadContext, path_excerpt, without_byte_order_mark};
+use petzval_base::io::{ReadContext, ReadError, path_excerpt, without_byte_order_mark};
 use petzval_image::RawCodes;
 
 use super::data_file::{ListedPicture, PictureSet, dark_of, parse_data_file};
@@ -23,6 +23,18 @@ pub struct ChannelTransfer {
 
 /// Size, filters and bits, which are the same in all pictures.
 type Layout = ([usize; 2], Option<[u8; 4]>, u32);
+
+/// Why a list of pictures cannot be evaluated.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ListError {
+    /// The list cannot be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// The list or one of its pictures is faulty: the place in the list, what was found and what was expected.
+    #[error("{0}")]
+    Malformed(String),
+}
 
 /// Why pictures of a list cannot be evaluated.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -85,17 +97,21 @@ impl Channel {
 /// # Errors
 /// Returns an error, with the place in the list, if a file cannot be read, if a picture differs from the others in size or
 /// filters, or if the pictures tell no parameters.
-pub fn evaluate_file(list: &Path, context: &ReadContext) -> Result<Vec<ChannelTransfer>, String> {
+pub fn evaluate_file(
+    list: &Path,
+    context: &ReadContext,
+) -> Result<Vec<ChannelTransfer>, ListError> {
     let file = path_excerpt(list);
-    let bytes = context.bytes(list).map_err(|error| error.to_string())?;
+    let bytes = context.bytes(list)?;
+    let malformed = |problem: String| ListError::Malformed(format!("{file}:{problem}"));
     let text = std::str::from_utf8(without_byte_order_mark(&bytes)).map_err(|error| {
-        format!("{file}: byte {} is not UTF-8; expected a list as text", error.valid_up_to())
+        malformed(format!(" byte {} is not UTF-8; expected a list as text", error.valid_up_to()))
     })?;
     let sets = parse_data_file(text, list.parent().unwrap_or(list));
-    let sets = sets.map_err(|problem| format!("{file}:{problem}"))?;
+    let sets = sets.map_err(|problem| malformed(problem.to_string()))?;
     evaluate(&sets, context).map_err(|error| match error.line {
-        Some(_) => format!("{file}:{error}"),
-        None => format!("{file}: {error}"),
+        Some(_) => malformed(error.to_string()),
+        None => malformed(format!(" {error}")),
     })
 }
 

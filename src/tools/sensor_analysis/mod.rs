@@ -7,6 +7,6 @@ mod high_pass;
 mod json;
 mod photon_transfer;
 
-pub use evaluation::{ChannelTransfer, evaluate_file};
+pub use evaluation::{ChannelTransfer, ListError, evaluate_file};
 pub use field_stack::{FieldStack, FieldStatistics, MIN_FIELD, Variances};
 pub use photon_transfer::{Deviation, Exposure, PhotonTransfer, TransferError};
