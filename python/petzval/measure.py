@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from . import _petzval
 
-__all__ = ["colours", "edge", "grid", "noise", "texture"]
+__all__ = ["colours", "edge", "greys", "grid", "noise", "shading", "star", "texture"]
 
 
 def edge(pixels: ArrayLike, region: _Sequence[int]) -> dict[str, Any]:
@@ -56,6 +56,40 @@ def colours(pixels: ArrayLike, region: _Sequence[int]) -> dict[str, Any]:
         ``patches``. A mean beyond 15 is that of another region
     """
     return _json.loads(_petzval.measure_colours(pixels, tuple(region)))
+
+
+def star(
+    pixels: ArrayLike, region: _Sequence[int], cycles: int = 72, modulation: float = 0.6
+) -> dict[str, Any]:
+    """Measure the spatial frequency response of a sinusoidal Siemens star (ISO 12233).
+
+    :param region: the square that the star fills
+    :param cycles: cycles around the star; 72 in that of ``petzval chart star``
+    :param modulation: that of the star on its chart, 0.6 for a contrast of 4:1
+    :returns: ``centre`` (pixels), ``mtf50`` and ``mtf10`` (cycles/pixel; ``None`` where the response stays above),
+        ``response`` by ``cycles_per_pixel``, and that of each of eight ``segments``
+    """
+    return _json.loads(_petzval.measure_star(pixels, tuple(region), cycles, modulation))
+
+
+def greys(pixels: ArrayLike, region: _Sequence[int]) -> dict[str, Any]:
+    """Measure tone, noise and dynamic range from a picture of ``petzval chart greys``.
+
+    :param region: the rectangle of the 20 steps, without the frame of the chart
+    :returns: ``exposure`` (the value of a reflectance of 1), ``dynamic_range_stops`` (``None`` beyond the chart), and the
+        20 ``steps`` with ``reflectance``, ``value``, ``noise``, ``snr`` (``None`` without noise) and ``deviation_stops``
+        from a linear camera
+    """
+    return _json.loads(_petzval.measure_greys(pixels, tuple(region)))
+
+
+def shading(pixels: ArrayLike) -> dict[str, Any]:
+    """Measure the falloff of light and colours from a picture of a white chart.
+
+    :returns: light relative to the middle in the ``corners``, ``uniformity`` (the least over the most),
+        ``colour_shading`` (the largest change of red or blue over green), and all ``zones``
+    """
+    return _json.loads(_petzval.measure_shading(pixels))
 
 
 def noise(path: Union[str, "_os.PathLike[str]"]) -> list[dict[str, Any]]:

@@ -7,10 +7,10 @@ use numpy::{
     ToPyArray,
 };
 use petzval::{DisplayExposure, EncodingOptions, Picture};
-use petzval_base::io::{FileLog, OutputFile};
+use petzval_base::io::{FileLog, OutputFile, ReadContext};
 use petzval_image::{
-    BitDepth, ImageFormat, ImageLayer, Notes, PictureWindow, RawFormat, SPECTRAL_LAYER,
-    channel_wavelength,
+    BitDepth, ImageFormat, ImageLayer, Notes, PictureLayers, PictureWindow, RawFormat,
+    SPECTRAL_LAYER, channel_wavelength,
 };
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -84,6 +84,46 @@ pub fn bits_of(bits: u32) -> PyResult<BitDepth> {
     }
 }
 
+/// Arrays of layers by name, height x width x channels, and the names of their channels.
+type LayerArrays<'py> = (Bound<'py, PyDict>, Bound<'py, PyDict>);
+
+/// Makes arrays of the layers of a picture of this size.
+fn layer_arrays<'py>(
+    py: Python<'py>,
+    [width, height]: [usize; 2],
+    layers: Vec<ImageLayer>,
+) -> PyResult<LayerArrays<'py>> {
+    let (by_name, channels) = (PyDict::new(py), PyDict::new(py));
+    for ImageLayer { name, channels: columns } in layers {
+        let count = columns.len();
+        let mut values = vec![0.0; width * height * count];
+        for (k, (_, column)) in columns.iter().enumerate() {
+            for (value, from) in values.iter_mut().skip(k).step_by(count).zip(column) {
+                *value = *from;
+            }
+        }
+        by_name.set_item(&name, values.to_pyarray(py).reshape([height, width, count])?)?;
+        let names: Vec<&str> = columns.iter().map(|(name, _)| name.as_str()).collect();
+        channels.set_item(&name, names)?;
+    }
+    Ok((by_name, channels))
+}
+
+/// Column and row of the first pixel in the whole frame.
+type Corner = (i32, i32);
+/// Width and height.
+type Size = (usize, usize);
+
+/// Reads the layers of an OpenEXR file: arrays by name and names of channels; column and row of the first pixel in the whole
+/// frame; width and height.
+#[pyfunction]
+pub fn read_layers(py: Python<'_>, path: PathBuf) -> PyResult<(LayerArrays<'_>, Corner, Size)> {
+    let read = py.detach(|| PictureLayers::read(&path, &ReadContext::default()));
+    let found = read.map_err(|error| image_error(&error))?;
+    let (origin, size) = (found.origin.into(), found.size.into());
+    Ok((layer_arrays(py, found.size, found.layers)?, origin, size))
+}
+
 impl Image {
     /// Makes arrays of a picture and its layers. The channels of a mosaic are equal.
     #[expect(clippy::too_many_arguments, reason = "one for each field")]
@@ -99,19 +139,7 @@ impl Image {
     ) -> PyResult<Self> {
         let [width, height] = picture.size;
         let pixels = array::of_picture(py, picture, raw.is_some())?;
-        let (by_name, channels) = (PyDict::new(py), PyDict::new(py));
-        for ImageLayer { name, channels: columns } in layers {
-            let count = columns.len();
-            let mut values = vec![0.0; width * height * count];
-            for (k, (_, column)) in columns.iter().enumerate() {
-                for (value, from) in values.iter_mut().skip(k).step_by(count).zip(column) {
-                    *value = *from;
-                }
-            }
-            by_name.set_item(&name, values.to_pyarray(py).reshape([height, width, count])?)?;
-            let names: Vec<&str> = columns.iter().map(|(name, _)| name.as_str()).collect();
-            channels.set_item(&name, names)?;
-        }
+        let (by_name, channels) = layer_arrays(py, [width, height], layers)?;
         Ok(Self {
             pixels: pixels.unbind(),
             layers: by_name.unbind(),

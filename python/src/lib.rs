@@ -45,8 +45,12 @@ fn _petzval(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(measure::measure_edge, module)?)?;
     module.add_function(wrap_pyfunction!(measure::measure_texture, module)?)?;
     module.add_function(wrap_pyfunction!(measure::measure_grid, module)?)?;
+    module.add_function(wrap_pyfunction!(measure::measure_greys, module)?)?;
+    module.add_function(wrap_pyfunction!(measure::measure_shading, module)?)?;
+    module.add_function(wrap_pyfunction!(measure::measure_star, module)?)?;
     module.add_function(wrap_pyfunction!(measure::measure_colours, module)?)?;
     module.add_function(wrap_pyfunction!(measure::measure_noise, module)?)?;
+    module.add_function(wrap_pyfunction!(image::read_layers, module)?)?;
     module.add_function(wrap_pyfunction!(picture::compare, module)?)?;
     module.add_function(wrap_pyfunction!(picture::read_image, module)?)?;
     module.add_function(wrap_pyfunction!(picture::develop, module)?)?;

@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use petzval::Picture;
 use petzval_base::io::ReadContext;
 use petzval_tools::chart_analysis::{
-    ColourPatches, DotGrid, EdgeResponse, TextureResponse, luminance,
+    ColourPatches, DotGrid, EdgeResponse, GreySteps, Shading, StarChart, StarResponse,
+    TextureResponse, luminance,
 };
 use petzval_tools::sensor_analysis::{ChannelTransfer, ListError, evaluate_file};
 use pyo3::prelude::*;
@@ -82,6 +83,48 @@ pub fn measure_colours(
     let colours = worker::caught(py, || ColourPatches::measure(&picture, place))?;
     let colours = colours.map_err(|error| value_error(format!("region={region:?}: {error}")))?;
     Ok(colours.json().to_string())
+}
+
+#[pyfunction]
+pub fn measure_star(
+    py: Python<'_>,
+    pixels: &Bound<'_, PyAny>,
+    region: Region,
+    cycles: u32,
+    modulation: f64,
+) -> PyResult<String> {
+    if !(8..=720).contains(&cycles) {
+        return Err(value_error(format!("cycles={cycles}: expected 8 to 720")));
+    }
+    if !(0.01..=1.0).contains(&modulation) {
+        return Err(value_error(format!("modulation={modulation}: expected 0.01 to 1")));
+    }
+    let (picture, _) = array::picture("pixels", pixels)?;
+    let place = within(region, &picture)?;
+    let chart = StarChart { cycles: f64::from(cycles), modulation };
+    let star = worker::caught(py, || StarResponse::measure(&picture, place, chart, value))?;
+    let star = star.map_err(|error| value_error(format!("region={region:?}: {error}")))?;
+    Ok(star.json().to_string())
+}
+
+#[pyfunction]
+pub fn measure_greys(
+    py: Python<'_>,
+    pixels: &Bound<'_, PyAny>,
+    region: Region,
+) -> PyResult<String> {
+    let (picture, _) = array::picture("pixels", pixels)?;
+    let place = within(region, &picture)?;
+    let greys = worker::caught(py, || GreySteps::measure(&picture, place))?;
+    let greys = greys.map_err(|error| value_error(format!("region={region:?}: {error}")))?;
+    Ok(greys.json().to_string())
+}
+
+#[pyfunction]
+pub fn measure_shading(py: Python<'_>, pixels: &Bound<'_, PyAny>) -> PyResult<String> {
+    let (picture, _) = array::picture("pixels", pixels)?;
+    let shading = worker::caught(py, || Shading::measure(&picture))?;
+    Ok(shading.map_err(value_error)?.json().to_string())
 }
 
 #[pyfunction]

@@ -67,6 +67,30 @@ def test_measurements_are_those_of_the_command(drawn, command, tmp_path):
     assert abs(pair - found["response"]).max() < 0.5 * abs(alone - found["response"]).max()
 
 
+def test_stars_greys_and_shading_are_those_of_the_command(drawn, command):
+    path, words = drawn("star")
+    region = numbers(words[words.index("--region") + 1])
+    expected = of_command(command, words)
+    found = pz.measure.star(pz.read_image(path), region)
+    assert found == {key: expected[key] for key in found} and len(found["segments"][0]) == 8
+    half = pz.measure.star(pz.read_image(path), region, modulation=0.3)
+    np.testing.assert_allclose(half["response"], 2 * np.array(found["response"]))
+    for setting in ({"cycles": 5}, {"modulation": 0}, {"cycles": 144}):
+        with pytest.raises(ValueError, match=next(iter(setting))):
+            pz.measure.star(pz.read_image(path), region, **setting)
+
+    path, words = drawn("greys")
+    region = numbers(words[words.index("--region") + 1])
+    expected = of_command(command, words)
+    found = pz.measure.greys(pz.read_image(path), region)
+    assert found == {key: expected[key] for key in found} and len(found["steps"]) == 20
+
+    path, words = drawn("flat")
+    expected = of_command(command, words)
+    found = pz.measure.shading(pz.read_image(path))
+    assert found == {key: expected[key] for key in found} and found["uniformity"] < 0.9
+
+
 def test_a_channel_of_an_array_is_measured(drawn):
     path, words = drawn("edges")
     pixels = pz.read_image(path)

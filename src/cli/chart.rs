@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use petzval_base::io::{ReadContext, path_excerpt};
-use petzval_image::{EncodingOptions, PictureWindow};
+use petzval_image::{BitDepth, EncodingOptions, PictureWindow};
 use petzval_lens::RealRayFocus;
-use petzval_tools::charts::{Chart, ChartCamera, ChartKind, ChartView, LeavesSquare};
+use petzval_tools::charts::{Chart, ChartCamera, ChartKind, ChartView};
 
 use super::arguments::argv::{accepted_words, argv, shell_line};
 use super::lens::LensCameraArguments;
@@ -21,7 +21,7 @@ const OF_LENS_FILE: [&str; 4] = ["--zoom", "--wavelengths", "--catalogue", "--ap
 /// Arguments of `petzval chart`.
 #[derive(Debug, clap::Args)]
 pub(super) struct ChartArguments {
-    /// Chart: slanted edges, a grid of dots, white, dead leaves, or colours
+    /// Chart: slanted edges, a grid of dots, white, dead leaves, colours, a star, or greys
     #[arg(value_enum)]
     kind: KindArgument,
     #[command(flatten)]
@@ -43,6 +43,10 @@ enum KindArgument {
     Leaves,
     /// The 24 patches of the ColorChecker
     Colours,
+    /// Sinusoidal Siemens star in a square in the middle (ISO 12233); its picture stands beside the scene
+    Star,
+    /// Twenty steps of grey over 12.6 stops (ISO 14524)
+    Greys,
 }
 
 impl From<KindArgument> for ChartKind {
@@ -53,6 +57,8 @@ impl From<KindArgument> for ChartKind {
             KindArgument::Flat => Self::Flat,
             KindArgument::Leaves => Self::Leaves,
             KindArgument::Colours => Self::Colours,
+            KindArgument::Star => Self::Star,
+            KindArgument::Greys => Self::Greys,
         }
     }
 }
@@ -72,7 +78,7 @@ pub(super) fn run(arguments: &ChartArguments) -> Result<Outcome, Failure> {
     let file = claim_writable(&outputs, output, "-o")?;
     let texture = output.with_extension("png");
     let texture_file = match kind {
-        KindArgument::Leaves => {
+        KindArgument::Leaves | KindArgument::Star => {
             check_name(&texture)?;
             Some(claim_writable(&outputs, &texture, "-o")?)
         }
@@ -91,10 +97,14 @@ pub(super) fn run(arguments: &ChartArguments) -> Result<Outcome, Failure> {
     let texture_name = texture.file_name().unwrap_or_default().to_string_lossy();
     let text = chart.scene(&view, &description, &shell_line(&argv()), &texture_name);
     let text = text.map_err(|error| named(&error))?;
-    if let (Some(file), Some(LeavesSquare { picture, .. })) = (&texture_file, &chart.leaves) {
+    if let (Some(file), Some(picture)) = (&texture_file, &chart.texture) {
         let frame = picture.size.map(|n| n as u32);
         let window = PictureWindow { origin: [0, 0], frame };
-        let encoding = EncodingOptions { grey: true, ..EncodingOptions::default() };
+        let encoding = EncodingOptions {
+            grey: true,
+            bit_depth: (chart.kind() == ChartKind::Star).then_some(BitDepth::Sixteen),
+            ..EncodingOptions::default()
+        };
         picture.write(file, window, encoding, &Vec::new())?;
     }
     file.write(|file| file.write_all(text.as_bytes()))
@@ -128,27 +138,23 @@ fn next_steps(chart: &Chart, scene: &Path, disperses: bool) -> String {
     let accepted = accepted_words(&argv(), "render").unwrap_or_default();
     let is_of_file = |word: &&str| OF_LENS_FILE.iter().any(|option| word.starts_with(option));
     render.extend(accepted.iter().map(String::as_str).filter(is_of_file));
-    let mut text = line(&render) + "\n";
-    if chart.spacing.is_some() {
-        text += &(line(&["petzval", "measure", "grid", &picture]) + "\n");
-    }
-    if let Some(region) = &chart.colours {
-        let words = ["petzval", "measure", "colours", &picture, "--region", &region_text(*region)];
-        text += &(line(&words) + "\n");
-    }
-    if let Some(LeavesSquare { region, .. }) = &chart.leaves {
-        let region = region_text(*region);
-        let texture = Path::new(&scene).with_extension("png").display().to_string();
-        let words =
-            ["petzval", "measure", "texture", &picture, "--region", &region, "--chart", &texture];
-        text += &(line(&words) + "\n");
-    }
-    if !chart.edges.is_empty() {
-        text += &line(&["petzval", "measure", &picture]);
-        for edge in &chart.edges {
-            text += &format!(" --edge {}", region_text(*edge));
+    let measure = |words: &[&str]| line(&[&["petzval", "measure"], words].concat()) + "\n";
+    let region = chart.region.map(region_text).unwrap_or_default();
+    let texture = Path::new(&scene).with_extension("png").display().to_string();
+    let measure = match chart.kind() {
+        ChartKind::Flat => measure(&["shading", &picture]),
+        ChartKind::Grid => measure(&["grid", &picture]),
+        ChartKind::Colours => measure(&["colours", &picture, "--region", &region]),
+        ChartKind::Greys => measure(&["greys", &picture, "--region", &region]),
+        ChartKind::Star => measure(&["star", &picture, "--region", &region]),
+        ChartKind::Leaves => {
+            measure(&["texture", &picture, "--region", &region, "--chart", &texture])
         }
-        text.push('\n');
-    }
-    text
+        ChartKind::Edges => {
+            let edges: Vec<String> = chart.edges.iter().map(|edge| region_text(*edge)).collect();
+            let edges = edges.iter().flat_map(|edge| ["--edge", edge]);
+            measure(&[picture.as_str()].into_iter().chain(edges).collect::<Vec<_>>())
+        }
+    };
+    line(&render) + "\n" + &measure
 }

@@ -4,7 +4,7 @@
 
 use std::collections::HashSet;
 use std::fs;
-use std::io;
+use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
 use petzval_base::io::{OutputFile, Outputs};
@@ -50,6 +50,21 @@ pub(super) fn claim_writable(
 ) -> Result<OutputFile, Failure> {
     let file = claim(outputs, output, option)?;
     check_writable(output, option).map(|()| file)
+}
+
+/// Writes a text to the file of an option.
+///
+/// # Errors
+/// As [`claim_writable`].
+pub(super) fn write_text(
+    outputs: &Outputs,
+    path: &Path,
+    option: &str,
+    text: &str,
+) -> Result<(), Failure> {
+    let file = claim_writable(outputs, path, option)?;
+    file.write(|file| file.write_all(text.as_bytes()))
+        .map_err(|error| format!("cannot write {}: {error}", file.display()).into())
 }
 
 /// Folders that this command created. Those that are still empty are removed on drop.

@@ -32,6 +32,7 @@ pub use develop::{DevelopError, Developed, RawFile};
 use display::DisplayMapping;
 pub use display::decode_image;
 pub use display::{DisplayExposure, srgb_decode, srgb_encode};
+pub use exr::PictureLayers;
 pub use format::{BitDepth, EncodingOptions, ImageFormat};
 use format::{READABLE, Writer, extension};
 pub use pfm::write_pfm;

@@ -26,6 +26,7 @@
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 mod camera;
+mod film_size;
 mod focus;
 mod prescription;
 mod pupil;
@@ -42,6 +43,7 @@ pub use camera::spherical::SphericalMapping;
 pub use camera::thin_lens::ThinLens;
 pub use camera::throughput::{AxialLight, Throughput};
 pub use camera::{Camera, LensColumns, LensModel, RealLens};
+pub use film_size::{FILM_SIZES, FilmSize, film_size};
 pub use focus::focus_model::FocusModel;
 pub use focus::paraxial::{FocusError, Paraxial, Pupil, RayTransferMatrix};
 pub use focus::real_ray::RealRayFocus;

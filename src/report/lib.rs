@@ -1,4 +1,5 @@
-//! Pictures and pages for people: SVG drawings, plots, contact sheets, reports of lenses and of accuracy.
+//! Pictures and pages for people: SVG drawings, plots, contact sheets, reports of lenses, of accuracy and of
+//! measurements.
 
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
@@ -7,5 +8,8 @@ pub mod contact_sheet;
 pub mod date;
 pub mod lens_drawing;
 pub mod lens_report;
+pub mod measurement;
 pub mod number;
+mod page;
+pub mod plot;
 pub mod svg;

@@ -10,7 +10,7 @@ use std::process::Command;
 use crate::support::{folder, in_parallel, petzval, root, write};
 
 /// Commands of the manual that the test does not run, with the reason.
-const NOT_RUN: [(&str, &str); 39] = [
+const NOT_RUN: [(&str, &str); 44] = [
     ("petzval view scenes/atelier.pbrt", "waits for Ctrl-C; tests/view runs it"),
     (
         "petzval lens mine.toml --catalogue SCHOTT_OLD.AGF --catalogue catalogues/",
@@ -65,6 +65,25 @@ const NOT_RUN: [(&str, &str); 39] = [
         "petzval measure colours colours.exr --region 90,62,810,537 --flat flat.exr",
         "needs pictures; tests/command/colours.rs renders them",
     ),
+    (
+        "petzval chart star lenses/dgauss.50mm.dat --film-size 36x24 --resolution 900x600 --focus 2m --fstop 8 \
+         -o star.pbrt",
+        "needs more pixels than this test gives; tests/command/charts.rs draws it",
+    ),
+    (
+        "petzval chart greys lenses/dgauss.50mm.dat --film-size 36x24 --resolution 900x600 --focus 2m --fstop 8 \
+         -o greys.pbrt",
+        "needs more pixels than this test gives; tests/command/charts.rs draws it",
+    ),
+    (
+        "petzval measure star star.exr --region 250,100,650,500",
+        "needs a picture; tests/command/charts.rs renders it",
+    ),
+    (
+        "petzval measure greys greys.exr --region 148,60,752,540 --flat flat.exr",
+        "needs pictures; tests/command/charts.rs renders them",
+    ),
+    ("petzval measure shading flat.exr", "needs a picture; tests/command/charts.rs renders it"),
     ("petzval measure grid grid.exr", "needs a picture; tests/command/measure.rs renders it"),
     (
         "petzval measure grid grid.exr --csv dots.csv --json",
@@ -400,6 +419,7 @@ fn the_manual_describes_every_option_and_no_other() {
         "lens",
         "lens trace",
         "lens calibrate",
+        "lens depth-of-field",
         "lens report",
         "lens tolerance",
         "lens optimize",
@@ -410,8 +430,11 @@ fn the_manual_describes_every_option_and_no_other() {
         "compare",
         "measure",
         "measure colours",
+        "measure greys",
         "measure grid",
         "measure noise",
+        "measure shading",
+        "measure star",
         "measure texture",
         "develop",
         "chart",

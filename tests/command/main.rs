@@ -5,6 +5,7 @@ mod support;
 
 mod accuracy;
 mod bench;
+mod charts;
 mod cli;
 mod colours;
 mod compare;

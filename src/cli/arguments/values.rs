@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use petzval_image::{BitDepth, RawFile, WhiteBalance};
+use petzval_lens::{FILM_SIZES, film_size};
 use petzval_render::prepare::settings::{
     self, Assignment, LENGTHS, PictureSetting, SettingError, SettingValue, UnitRange,
     number_with_unit,
@@ -160,14 +161,21 @@ pub(in crate::cli) fn wavelengths(text: &str) -> Result<Arc<[f64]>, String> {
     })
 }
 
-/// Parses the width and height of a sensor (mm).
+/// Parses the width and height of a sensor (mm), or its name.
 pub(in crate::cli) fn sensor_size(text: &str) -> Result<[f64; 2], String> {
+    if let Some(known) = film_size(text) {
+        return Ok(known.size);
+    }
     let side =
         |part: &str| number_with_unit(part, LENGTHS, 1.0).filter(|mm| (1e-3..=1e4).contains(mm));
     let sides = text.split_once('x').map(|(width, height)| [side(width), side(height)]);
     match sides {
         Some([Some(width), Some(height)]) => Ok([width, height]),
-        _ => Err("expected WxH in mm, such as 36x24 or 36mmx24mm".to_owned()),
+        _ => {
+            let names: Vec<&str> = FILM_SIZES.iter().map(|size| size.name).collect();
+            let names = names.join(", ");
+            Err(format!("expected WxH in mm, such as 36x24 or 36mmx24mm, or one of {names}"))
+        }
     }
 }
 

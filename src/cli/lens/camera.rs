@@ -17,7 +17,8 @@ use crate::cli::arguments::values::{focus_distance, sensor_size, typed};
 pub(in crate::cli) struct LensCameraArguments {
     /// Lens file of any format that petzval reads
     pub lens: PathBuf,
-    /// Size of the film or sensor, such as 36x24 or 36mmx24mm (numbers alone are in mm)
+    /// Size of the film or sensor, such as 36x24 or 36mmx24mm (numbers alone are in mm), or a name such as 35mm or
+    /// nikon-d850
     ///
     /// The picture uses the largest part of it that has the aspect of --resolution: pixels are
     /// square

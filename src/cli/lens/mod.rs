@@ -4,6 +4,7 @@ mod calibrate;
 mod camera;
 mod conditions;
 mod convert;
+mod depth_of_field;
 mod json;
 mod optimize;
 mod psf;
@@ -30,6 +31,7 @@ use calibrate::CalibrateArguments;
 pub(super) use camera::LensCameraArguments;
 use conditions::StopArguments;
 use convert::ConvertArguments;
+use depth_of_field::DepthOfFieldArguments;
 use optimize::OptimizeArguments;
 use petzval_report::lens_drawing::draw;
 use report::ReportArguments;
@@ -132,6 +134,8 @@ enum LensCommand {
     /// Describe a lens by the camera models of OpenCV, COLMAP, Kalibr and lensfun, with maps of
     /// distortion and illumination and point spreads
     Calibrate(CalibrateArguments),
+    /// Print the nearest and the farthest sharp distance by f-number and distance in focus
+    DepthOfField(DepthOfFieldArguments),
     /// Show the image quality of a lens as it is made: random errors of radii, thicknesses, glasses,
     /// tilts and decentres, and which of them cost most
     Tolerance(Box<ToleranceArguments>),
@@ -145,6 +149,7 @@ pub(super) fn run(arguments: &LensArguments) -> Result<Outcome, Failure> {
         Some(LensCommand::Convert(arguments)) => return convert::run(arguments),
         Some(LensCommand::Report(arguments)) => return report::run(arguments),
         Some(LensCommand::Calibrate(arguments)) => return calibrate::run(arguments),
+        Some(LensCommand::DepthOfField(arguments)) => return depth_of_field::run(arguments),
         Some(LensCommand::Tolerance(arguments)) => return tolerance::run(arguments),
         Some(LensCommand::Optimize(arguments)) => return optimize::run(arguments),
         None => {}

@@ -6,11 +6,13 @@ use std::path::PathBuf;
 use petzval_base::io::{ReadContext, path_excerpt};
 use petzval_image::{Picture, Transfer};
 use petzval_render::prepare::settings;
+use petzval_report::measurement::MeasurementReport;
 use petzval_tools::chart_analysis::{ColourPatches, PatchColour};
 
 use super::super::arguments::values::typed;
 use super::super::{Failure, Outcome};
-use super::{divide, region_text, region_within};
+use super::results::ResultArguments;
+use super::{divide, region_text, region_within, title_of, with_source};
 
 /// Mean difference from which the region is probably not that of the patches.
 const DOUBTFUL: f64 = 15.0;
@@ -26,16 +28,12 @@ pub(super) struct ColoursArguments {
     /// Picture of a white chart, by which the picture is divided: the light of the lens falls off to the corners
     #[arg(long, value_name = "PICTURE")]
     flat: Option<PathBuf>,
-    /// Write the colours as a table
-    #[arg(long, value_name = "FILE")]
-    csv: Option<PathBuf>,
-    /// Print one JSON object
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    results: ResultArguments,
 }
 
 pub(super) fn run(arguments: &ColoursArguments) -> Result<Outcome, Failure> {
-    let ColoursArguments { picture: path, region, flat, csv, json } = arguments;
+    let ColoursArguments { picture: path, region, flat, results } = arguments;
     let context = ReadContext::default();
     let mut picture = Picture::read_with(path, Transfer::Srgb, &context)?;
     let name = format!("--region {}", region_text(*region));
@@ -51,11 +49,10 @@ pub(super) fn run(arguments: &ColoursArguments) -> Result<Outcome, Failure> {
              end at the lower right of black"
         );
     }
-    super::write_table(csv.as_deref(), &context, || table(&colours))?;
-    super::super::print(&match json {
-        true => format!("{:#}\n", super::with_source(colours.json(), path, Some(*region))),
-        false => text_of(&colours),
-    })
+    let report =
+        MeasurementReport::of_colours(title_of("Colours", path), &colours, text_of(&colours));
+    let json = with_source(colours.json(), path, Some(*region));
+    results.finish(&context, &table(&colours), &report, &json)
 }
 
 fn table(colours: &ColourPatches) -> String {

@@ -5,9 +5,12 @@ use std::path::PathBuf;
 
 use petzval_base::io::{ReadContext, path_excerpt};
 use petzval_image::{Picture, Transfer};
+use petzval_report::measurement::MeasurementReport;
 use petzval_tools::chart_analysis::{DotGrid, GridDot};
 
 use super::super::{Failure, Outcome};
+use super::results::ResultArguments;
+use super::{title_of, with_source};
 
 /// Rings of the table, by their distance from the middle.
 const RINGS: usize = 8;
@@ -17,25 +20,19 @@ const RINGS: usize = 8;
 pub(super) struct GridArguments {
     /// Picture: .exr, .hdr, .pfm, .png, .jpg, .tif
     picture: PathBuf,
-    /// Write a row for each dot: place in the grid, position, distortion, lateral colour
-    #[arg(long, value_name = "FILE")]
-    csv: Option<PathBuf>,
-    /// Print one JSON object
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    results: ResultArguments,
 }
 
 pub(super) fn run(arguments: &GridArguments) -> Result<Outcome, Failure> {
-    let GridArguments { picture: path, csv, json } = arguments;
+    let GridArguments { picture: path, results } = arguments;
     let context = ReadContext::default();
     let picture = Picture::read_with(path, Transfer::Srgb, &context)?;
     let grid =
         DotGrid::measure(&picture).map_err(|error| format!("{}: {error}", path_excerpt(path)))?;
-    super::write_table(csv.as_deref(), &context, || table(&grid))?;
-    super::super::print(&match json {
-        true => format!("{:#}\n", super::with_source(grid.json(), path, None)),
-        false => text_of(&grid),
-    })
+    let report = MeasurementReport::of_grid(title_of("Distortion", path), &grid, text_of(&grid));
+    let json = with_source(grid.json(), path, None);
+    results.finish(&context, &table(&grid), &report, &json)
 }
 
 /// Returns a row for each dot.

@@ -1,28 +1,35 @@
-//! `petzval measure`: spatial frequency response of slanted edges and of texture, distortion, colours, and the noise of
-//! a sensor.
+//! `petzval measure`: spatial frequency response of slanted edges, stars and texture, distortion, colours, tone, shading,
+//! and the noise of a sensor.
 
 mod colours;
+mod greys;
 mod grid;
 mod noise;
+mod results;
+mod shading;
+mod star;
 mod texture;
 
 use std::fmt::Write as _;
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use clap::{Subcommand, ValueEnum};
 use colours::ColoursArguments;
+use greys::GreysArguments;
 use grid::GridArguments;
 use noise::NoiseArguments;
-use petzval_base::io::{Outputs, ReadContext, path_excerpt};
+use petzval_base::io::{ReadContext, path_excerpt};
 use petzval_image::{Picture, Transfer};
 use petzval_render::prepare::settings;
+use petzval_report::measurement::MeasurementReport;
 use petzval_tools::chart_analysis::{EdgeAxis, EdgeResponse, luminance};
+use results::ResultArguments;
 use serde_json::{Value, json};
+use shading::ShadingArguments;
+use star::StarArguments;
 use texture::TextureArguments;
 
 use super::arguments::values::{pixel_pitch, typed};
-use super::outputs::claim_writable;
 use super::{Failure, Outcome};
 
 /// Arguments of `petzval measure`.
@@ -47,23 +54,25 @@ pub(super) struct MeasureArguments {
     /// Pixel pitch (um), for frequencies in cycles/mm
     #[arg(long, value_name = "UM", value_parser = pixel_pitch)]
     pixel: Option<f64>,
-    /// Write the responses up to one cycle a pixel as a table
-    #[arg(long, value_name = "FILE")]
-    csv: Option<PathBuf>,
-    /// Print one JSON object
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    results: ResultArguments,
 }
 
 #[derive(Debug, Subcommand)]
 enum MeasureCommand {
     /// Measure colour errors from a picture of a colour checker
     Colours(ColoursArguments),
+    /// Measure tone, noise and dynamic range from a picture of steps of grey
+    Greys(GreysArguments),
     /// Measure distortion and lateral colour from a picture of a grid of dark dots
     Grid(GridArguments),
     /// Measure the noise of a sensor from pictures of uniform light (EMVA 1288): gain, read noise, DSNU,
     /// PRNU, full well
     Noise(NoiseArguments),
+    /// Measure the falloff of light and colours from a picture of a white chart
+    Shading(ShadingArguments),
+    /// Measure the spatial frequency response of a sinusoidal Siemens star
+    Star(StarArguments),
     /// Measure the response to texture from a picture of dead leaves
     Texture(TextureArguments),
 }
@@ -92,10 +101,13 @@ impl Channel {
 }
 
 pub(super) fn run(arguments: &MeasureArguments) -> Result<Outcome, Failure> {
-    let MeasureArguments { command, picture, edge: regions, channel, flat, csv, json, .. } =
+    let MeasureArguments { command, picture, edge: regions, channel, flat, results, .. } =
         arguments;
     match command {
         Some(MeasureCommand::Colours(arguments)) => return colours::run(arguments),
+        Some(MeasureCommand::Greys(arguments)) => return greys::run(arguments),
+        Some(MeasureCommand::Shading(arguments)) => return shading::run(arguments),
+        Some(MeasureCommand::Star(arguments)) => return star::run(arguments),
         Some(MeasureCommand::Grid(arguments)) => return grid::run(arguments),
         Some(MeasureCommand::Noise(arguments)) => return noise::run(arguments),
         Some(MeasureCommand::Texture(arguments)) => return texture::run(arguments),
@@ -118,13 +130,11 @@ pub(super) fn run(arguments: &MeasureArguments) -> Result<Outcome, Failure> {
         let edge = EdgeResponse::measure(&picture, *region, |pixel| channel.of(pixel));
         edges.push(edge.map_err(|error| format!("{name} of {file}: {error}"))?);
     }
-    write_table(csv.as_deref(), &context, || {
-        rows(&edges, EdgeResponse::frequencies()).iter().map(|row| row.join(",") + "\n").collect()
-    })?;
-    super::print(&match json {
-        true => format!("{:#}\n", json_of(arguments, &edges)),
-        false => text_of(arguments, &edges),
-    })
+    let table: String =
+        rows(&edges, EdgeResponse::frequencies()).iter().map(|row| row.join(",") + "\n").collect();
+    let text = text_of(arguments, &edges);
+    let report = MeasurementReport::of_edges(title_of("Slanted edges", path), &edges, text);
+    results.finish(&context, &table, &report, &json_of(arguments, &edges))
 }
 
 /// Returns the value of an option that asks for a region.
@@ -151,18 +161,6 @@ fn region_within(
         )
         .into()),
     }
-}
-
-/// Writes a table to the file of `--csv`, which is none of the files that were read.
-fn write_table(
-    csv: Option<&Path>,
-    context: &ReadContext,
-    table: impl FnOnce() -> String,
-) -> Result<(), Failure> {
-    let Some(csv) = csv else { return Ok(()) };
-    let file = claim_writable(&Outputs::beside(&context.files()), csv, "--csv")?;
-    file.write(|file| file.write_all(table().as_bytes()))
-        .map_err(|error| format!("cannot write {}: {error}", file.display()).into())
 }
 
 /// Divides a picture by that of a white chart, which must show white in these regions.
@@ -258,6 +256,11 @@ fn json_of(arguments: &MeasureArguments, edges: &[EdgeResponse]) -> Value {
         "pixel_um": arguments.pixel,
         "edges": edges.iter().zip(&arguments.edge).map(one).collect::<Vec<Value>>(),
     })
+}
+
+/// Returns the title of a report on a file.
+fn title_of(measured: &str, path: &Path) -> String {
+    format!("{measured} of {}", path.display())
 }
 
 /// Returns a result as JSON with the picture, and the region of it, that it was measured in.

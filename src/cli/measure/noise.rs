@@ -5,12 +5,15 @@ use std::path::PathBuf;
 
 use petzval_base::io::ReadContext;
 use petzval_render::sensor::Components;
+use petzval_report::measurement::MeasurementReport;
 use petzval_tools::sensor_analysis::{
     ChannelTransfer, Deviation, Exposure, PhotonTransfer, evaluate_file,
 };
 use serde_json::{Value, json};
 
 use super::super::{Failure, Outcome};
+use super::results::ResultArguments;
+use super::title_of;
 
 /// Arguments of `petzval measure noise`.
 #[derive(Debug, clap::Args)]
@@ -18,27 +21,19 @@ pub(super) struct NoiseArguments {
     /// List of pictures in the format of EMVA 1288: lines "b NS PHOTONS" and "d NS" begin exposures with and without
     /// light, "i FILE" adds a picture (.dng, or the codes as grey .png or .tif)
     list: PathBuf,
-    /// Write the photon transfer curve as a table
-    #[arg(long, value_name = "FILE")]
-    csv: Option<PathBuf>,
-    /// Print one JSON object
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    results: ResultArguments,
 }
 
 pub(super) fn run(arguments: &NoiseArguments) -> Result<Outcome, Failure> {
-    let NoiseArguments { list, csv, json } = arguments;
+    let NoiseArguments { list, results } = arguments;
     let context = ReadContext::default();
     let channels = evaluate_file(list, &context)?;
-    super::write_table(csv.as_deref(), &context, || curve(&channels))?;
-    super::super::print(&match json {
-        true => {
-            let channels: Vec<Value> = channels.iter().map(ChannelTransfer::json).collect();
-            let list = list.display().to_string();
-            format!("{:#}\n", json!({ "list": list, "channels": channels }))
-        }
-        false => text_of(&channels),
-    })
+    let report =
+        MeasurementReport::of_noise(title_of("Noise", list), &channels, text_of(&channels));
+    let of_channels: Vec<Value> = channels.iter().map(ChannelTransfer::json).collect();
+    let json = json!({ "list": list.display().to_string(), "channels": of_channels });
+    results.finish(&context, &curve(&channels), &report, &json)
 }
 
 /// Returns the photon transfer curve of each channel as a table.

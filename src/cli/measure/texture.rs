@@ -6,11 +6,13 @@ use std::path::PathBuf;
 use petzval_base::io::{ReadContext, path_excerpt};
 use petzval_image::{Picture, Transfer};
 use petzval_render::prepare::settings;
+use petzval_report::measurement::MeasurementReport;
 use petzval_tools::chart_analysis::TextureResponse;
 
 use super::super::arguments::values::typed;
 use super::super::{Failure, Outcome};
-use super::{Channel, region_text, region_within};
+use super::results::ResultArguments;
+use super::{Channel, region_text, region_within, title_of, with_source};
 
 /// Arguments of `petzval measure texture`.
 #[derive(Debug, clap::Args)]
@@ -29,16 +31,12 @@ pub(super) struct TextureArguments {
     /// Channel to measure: luminance, red, green or blue
     #[arg(long, value_enum, default_value_t)]
     channel: Channel,
-    /// Write the response as a table
-    #[arg(long, value_name = "FILE")]
-    csv: Option<PathBuf>,
-    /// Print one JSON object
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    results: ResultArguments,
 }
 
 pub(super) fn run(arguments: &TextureArguments) -> Result<Outcome, Failure> {
-    let TextureArguments { picture: path, region, chart, second, channel, csv, json } = arguments;
+    let TextureArguments { picture: path, region, chart, second, channel, results } = arguments;
     let context = ReadContext::default();
     let read = |path: &PathBuf| Picture::read_with(path, Transfer::Srgb, &context);
     let (picture, chart) = (read(path)?, read(chart)?);
@@ -55,11 +53,13 @@ pub(super) fn run(arguments: &TextureArguments) -> Result<Outcome, Failure> {
     let pictures = [&picture, second.as_ref().unwrap_or(&picture)];
     let texture = TextureResponse::measure(pictures, place, &chart, |pixel| channel.of(pixel))
         .map_err(|error| format!("{}: {error}", path_excerpt(path)))?;
-    super::write_table(csv.as_deref(), &context, || table(&texture, ",", 0))?;
-    super::super::print(&match json {
-        true => format!("{:#}\n", super::with_source(texture.json(), path, Some(*region))),
-        false => table(&texture, "  ", 12),
-    })
+    let report = MeasurementReport::of_texture(
+        title_of("Texture", path),
+        &texture,
+        table(&texture, "  ", 12),
+    );
+    let json = with_source(texture.json(), path, Some(*region));
+    results.finish(&context, &table(&texture, ",", 0), &report, &json)
 }
 
 /// Returns the response, a row for each frequency, in columns of at least this width.

@@ -129,14 +129,11 @@ fn f_number(lens: &RealLens, half_diagonal: f64) -> Option<f64> {
     RealRayFocus::new(distant.as_ref().unwrap_or(near)).f_number()
 }
 
-/// Diameter of the circle of confusion that counts as sharp: the diagonal of the film over this.
-const SHARP: f64 = 1500.0;
-
 /// Returns the nearest and the farthest distance from the film (m) that are sharp on the axis for a
 /// distance in focus (m), null for infinity, and the diameter of their circle of confusion (mm).
 fn depth_of_field(camera: &Camera, focus: Option<f64>) -> Value {
     let (LensModel::Real(lens), Some(focus)) = (&camera.model, focus) else { return Value::Null };
-    let circle = 2.0 * camera.half_diagonal() / SHARP;
+    let circle = CircleOfConfusion::sharp_diameter(2.0 * camera.half_diagonal());
     let film = lens.prescription.film_position(lens.film_distance);
     let limits = CircleOfConfusion::new(camera)
         .and_then(|blur| blur.depth_of_field(1e3 * focus - film, circle));

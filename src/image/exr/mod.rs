@@ -1,8 +1,10 @@
 //! OpenEXR files. This is the only module that uses the `exr` crate.
 
+mod layers;
 mod read;
 mod write;
 
+pub use layers::PictureLayers;
 pub(crate) use read::{read, read_raster};
 pub(crate) use write::{write, write_channels};
 

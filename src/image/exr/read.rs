@@ -24,7 +24,7 @@ pub(crate) fn read(
     path: &Path,
     context: &ReadContext,
 ) -> std::result::Result<((Picture, bool), HeldMemory), ImageError> {
-    let held = hold_parts(path, context, PICTURE)?;
+    let held = hold_parts(path, context, |_| PICTURE)?;
     Ok((read_held(path)?, held))
 }
 
@@ -84,13 +84,13 @@ fn read_held(path: &Path) -> std::result::Result<(Picture, bool), ImageError> {
         })
 }
 
-/// Holds the memory that the reading of a file takes, with this many bytes per pixel: those of the first
+/// Holds the memory that the reading of a file takes, with this many bytes per pixel of a part: those of the first
 /// picture that is valid, thus of the largest part, and the blocks in work. A header that cannot be read is
 /// left to the reader's error.
-fn hold_parts(
+pub(super) fn hold_parts(
     path: &Path,
     context: &ReadContext,
-    pixel: u64,
+    pixel: impl Fn(&Header) -> u64,
 ) -> std::result::Result<HeldMemory, ImageError> {
     let refused = |found| too_large(path, found);
     let mut held = context.hold(0).map_err(refused)?;
@@ -107,7 +107,7 @@ fn hold_parts(
     }
     let area = |header: &&Header| header.layer_size.area();
     if let Some(largest) = meta.headers.iter().max_by_key(area) {
-        held = hold_picture(context, path, size(largest), pixel)?.with(held);
+        held = hold_picture(context, path, size(largest), pixel(largest))?.with(held);
     }
     Ok(held)
 }
@@ -117,7 +117,7 @@ pub(crate) fn read_raster(
     path: &Path,
     context: &ReadContext,
 ) -> std::result::Result<(Raster, HeldMemory), ImageError> {
-    let held = hold_parts(path, context, RASTER)?;
+    let held = hold_parts(path, context, |_| RASTER)?;
     Ok((read_raster_held(path)?, held))
 }
 

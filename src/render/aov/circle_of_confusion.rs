@@ -1,6 +1,6 @@
 //! Circle of confusion to first order.
 
-use petzval_lens::{Camera, LensModel};
+use petzval_lens::{Camera, LensModel, RealLens};
 
 /// First-order circle of confusion as a function of depth, in camera units: the image on the film of a
 /// point, by the rays through the entrance pupil.
@@ -23,13 +23,25 @@ pub struct CircleOfConfusion {
 }
 
 impl CircleOfConfusion {
+    /// Returns the diameter that usually counts as sharp on a film of this diagonal: a 1500th of it.
+    pub fn sharp_diameter(diagonal: f64) -> f64 {
+        diagonal / 1500.0
+    }
+
     /// Returns the circle of confusion of a real lens; `None` for other models.
     pub fn new(camera: &Camera) -> Option<Self> {
-        let LensModel::Real(lens) = &camera.model else { return None };
+        match &camera.model {
+            LensModel::Real(lens) => Some(Self::of_lens(lens)),
+            _ => None,
+        }
+    }
+
+    /// Returns the circle of confusion of a lens.
+    pub fn of_lens(lens: &RealLens) -> Self {
         let (paraxial, whole) = (&lens.paraxial, &lens.paraxial.whole);
         let reduced = lens.film_distance / paraxial.film_index;
         let back = |own: [f64; 2]| -lens.film_pose.film_point(own)[2];
-        Some(Self {
+        Self {
             front: lens.front_depth,
             mm_per_unit: 1.0 / lens.units_per_mm,
             offset: whole.b + reduced * whole.d,
@@ -37,7 +49,7 @@ impl CircleOfConfusion {
             per_film_shift: [whole.d, whole.c].map(|of| of / paraxial.film_index),
             tilt: [back([1.0, 0.0]), back([0.0, 1.0])],
             pupil: [paraxial.entrance_pupil.position, paraxial.entrance_pupil.diameter],
-        })
+        }
     }
 
     /// Returns the diameter (um) for a point at a depth [camera units], which may be infinite, seen
@@ -69,14 +81,7 @@ impl CircleOfConfusion {
     /// in focus is sharp to first order; by aberrations, the smallest spot is a little beside.
     pub fn depth_of_field(&self, focus: f64, diameter: f64) -> Option<[f64; 2]> {
         let [position, pupil] = self.pupil;
-        let Self { mut offset, mut per_distance, per_film_shift: [by_offset, by_distance], .. } =
-            *self;
-        let shift = match focus.is_finite() {
-            true => -(offset + focus * per_distance) / (by_offset + focus * by_distance),
-            false => -per_distance / by_distance,
-        };
-        offset += shift * by_offset;
-        per_distance += shift * by_distance;
+        let [offset, per_distance] = self.focused_at(focus);
         let distance =
             |signed: f64| (signed * position - pupil * offset) / (pupil * per_distance - signed);
         let mut ends = [distance(diameter), distance(-diameter)];
@@ -88,6 +93,26 @@ impl CircleOfConfusion {
             [low, high] => [high, beyond(low)],
         };
         (near > 0.0 && near.is_finite()).then_some([near, far])
+    }
+
+    /// Returns the distance from the front vertex (mm) at which to focus so that infinity is just sharp: its circle of
+    /// confusion on the axis has this diameter (mm).
+    pub fn hyperfocal(&self, diameter: f64) -> f64 {
+        let [offset, per_distance] = self.focused_at(f64::INFINITY);
+        let [by_offset, by_distance] = self.per_film_shift;
+        // The film moves back until the height at infinity, half of the pupil times the coefficient, is half of the circle.
+        let shift = (diameter / (self.pupil[1] * by_distance)).abs();
+        -(offset + shift * by_offset) / (per_distance + shift * by_distance)
+    }
+
+    /// Returns both coefficients of the axis with the film where a distance from the front vertex (mm) is sharp.
+    fn focused_at(&self, focus: f64) -> [f64; 2] {
+        let Self { offset, per_distance, per_film_shift: [by_offset, by_distance], .. } = *self;
+        let shift = match focus.is_finite() {
+            true => -(offset + focus * per_distance) / (by_offset + focus * by_distance),
+            false => -per_distance / by_distance,
+        };
+        [offset + shift * by_offset, per_distance + shift * by_distance]
     }
 }
 
@@ -127,6 +152,8 @@ mod tests {
                 assert!(blur <= 1e3 * circle * (1.0 + 1e-9), "{focus}, {end}: {blur}");
             }
         }
+        let found = thin(700.0).hyperfocal(circle);
+        assert!((found / hyperfocal - 1.0).abs() < 1e-9, "{found}, not {hyperfocal}");
         let [near, far] =
             thin(f64::INFINITY).depth_of_field(f64::INFINITY, circle).expect("limits");
         assert!((near / (hyperfocal - 50.0) - 1.0).abs() < 1e-9 && far.is_infinite(), "{near}");

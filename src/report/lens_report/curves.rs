@@ -4,9 +4,9 @@ use petzval_optics::FieldCurvePoint;
 
 use super::inputs::ReportInputs;
 use super::missing::Absence;
-use super::plot::{Plot, Series, Style};
 use super::section::{ReportSection, Table, WAVELENGTH_COLUMN};
 use crate::number::tidy;
+use crate::plot::{Plot, Series, Style};
 
 /// Steps from the axis to the edge of the field.
 const STEPS: u32 = 50;

@@ -3,8 +3,8 @@
 use petzval_optics::{AberrationFan, AberrationPoint};
 
 use super::inputs::ReportInputs;
-use super::plot::{Plot, Series};
 use super::section::{ReportSection, Table, WAVELENGTH_COLUMN};
+use crate::plot::{Plot, Series};
 
 /// Rays to each side of the chief ray.
 const RAYS: u32 = 20;

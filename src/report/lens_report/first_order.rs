@@ -5,9 +5,9 @@ use petzval_optics::{FieldRays, SeidelSums};
 
 use super::inputs::ReportInputs;
 use super::missing::Absence;
-use super::plot::{Plot, Series, Style};
 use super::section::{ReportFailure, ReportSection, Table, WAVELENGTH_COLUMN};
 use crate::number::rounded;
+use crate::plot::{Plot, Series, Style};
 
 pub(super) fn prescription(inputs: &ReportInputs) -> ReportSection {
     let all = &inputs.lens.rows;

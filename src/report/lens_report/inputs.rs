@@ -7,9 +7,9 @@ use petzval_optics::{FieldRays, ImageQuality};
 
 use super::curves::FieldCurves;
 use super::fans::Fans;
-use super::plot::colour;
 use super::wave::PointImages;
 use crate::number::rounded;
+use crate::plot::colour;
 
 /// A lens with its traced fields.
 pub(super) struct ReportInputs {

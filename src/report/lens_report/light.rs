@@ -5,8 +5,8 @@ use petzval_optics::MOST_GHOST_SURFACES;
 
 use super::inputs::ReportInputs;
 use super::missing::Absence;
-use super::plot::{Plot, Series, Style};
 use super::section::{ReportSection, Table};
+use crate::plot::{Plot, Series, Style};
 
 /// Rays per field for the shares that surfaces block.
 const RAYS: u32 = 1 << 13;

@@ -13,7 +13,6 @@ mod light;
 mod missing;
 mod page;
 mod picture;
-mod plot;
 mod point;
 mod section;
 mod spots;

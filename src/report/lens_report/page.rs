@@ -7,43 +7,12 @@ use std::fmt::Write as _;
 use super::files::PageText;
 use super::heading::{heading, in_words};
 use super::inputs::ReportInputs;
-use super::plot::Plot;
 use super::section::{ReportSection, Table, WAVELENGTH_COLUMN};
-use crate::date::now;
 use crate::lens_drawing::draw;
 use crate::number::rounded;
+use crate::page::{begin, end};
+use crate::plot::Plot;
 use crate::svg::escape;
-
-const STYLE: &str = "
-:root { color-scheme: light dark; }
-body { font: 16px/1.5 Helvetica, Arial, sans-serif; max-width: 64rem; margin: 2rem auto; \
-padding: 0 1rem; color: CanvasText; background: Canvas; }
-h1 { font-size: 1.6rem; margin-bottom: 0.2rem; } h2 { font-size: 1.2rem; margin-top: 2.4rem; }
-p { max-width: 46rem; } .note { font-size: 0.85rem; opacity: 0.8; }
-nav { display: flex; flex-wrap: wrap; gap: 0.2rem 1rem; font-size: 0.9rem; }
-svg { width: 100%; height: auto; }
-.drawing { background: #fff; padding: 0.5rem; }
-.plots { display: grid; grid-template-columns: repeat(auto-fill, minmax(22rem, 1fr)); gap: 1rem; }
-.square { grid-template-columns: repeat(auto-fill, minmax(18rem, 1fr)); }
-.narrow { max-width: 20rem; } .broad { grid-column: 1 / -1; }
-.plots figure { margin: 0; }
-figcaption { font-size: 0.85rem; font-weight: bold; }
-table { border-collapse: collapse; font-size: 0.8rem; font-variant-numeric: tabular-nums; \
-margin: 0.8rem 0; max-width: 100%; }
-th, td { text-align: right; padding: 0.15rem 0.6rem; \
-border-bottom: 1px solid color-mix(in srgb, currentColor 25%, transparent); }
-th { vertical-align: bottom; } .words { text-align: left; }
-th:first-child, td:first-child { text-align: left; }
-tr.stop td { font-weight: bold; } tr.sum td { border-top: 2px solid; font-weight: bold; }
-footer { margin-top: 3rem; border-top: 1px solid; }
-@media print {
-:root { color-scheme: light; } body { max-width: none; margin: 0; font-size: 11pt; }
-nav { display: none; } h2 { break-after: avoid; } figure, tr, .drawing { break-inside: avoid; }
-.plots { grid-template-columns: repeat(2, 1fr); } .square { grid-template-columns: repeat(3, 1fr); }
-svg, rect { print-color-adjust: exact; -webkit-print-color-adjust: exact; }
-}
-@page { margin: 15mm; }
-";
 
 /// Most rows of a table on the page.
 const ROWS: usize = 60;
@@ -51,12 +20,8 @@ const ROWS: usize = 60;
 /// Returns the page.
 pub(super) fn page(inputs: &ReportInputs, sections: &[ReportSection], text: &PageText) -> String {
     let name = escape(&inputs.lens.name);
-    let mut page = format!(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
-         <title>Lens report: {name}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n\
-         <h1>{name}</h1>\n"
-    );
+    let mut page = begin(&format!("Lens report: {}", inputs.lens.name));
+    let _ = writeln!(page, "<h1>{name}</h1>");
     if let Some(source) = &inputs.lens.source {
         let _ = writeln!(page, "<p class=\"note\">{}</p>", escape(source));
     }
@@ -76,14 +41,7 @@ pub(super) fn page(inputs: &ReportInputs, sections: &[ReportSection], text: &Pag
     for section in sections {
         write_section(&mut page, section, inputs);
     }
-    let _ = writeln!(
-        page,
-        "<footer><p class=\"note\">petzval {}, {}<br/>The command: {}</p></footer>",
-        env!("CARGO_PKG_VERSION"),
-        now(),
-        escape(&text.command)
-    );
-    page.push_str("</body>\n</html>\n");
+    end(&mut page, &text.command);
     page
 }
 

@@ -4,8 +4,8 @@ use petzval_lens::{Prescription, RealRayFocus};
 use petzval_optics::{ConditionChoices, ImageQuality, ImagingConditions, ImagingGrid};
 
 use super::inputs::ReportInputs;
-use super::plot::Plot;
 use super::{spots, transfer};
+use crate::plot::Plot;
 
 /// Rays along each side of the grid over the pupil.
 const PUPIL: usize = 32;

@@ -4,8 +4,8 @@ use serde_json::{Map, Value, json};
 
 use super::missing::Absence;
 use super::picture::SectionPicture;
-use super::plot::Plot;
 use crate::number::tidy;
+use crate::plot::Plot;
 
 /// Failure of an analysis, or of a file of it.
 pub(super) type ReportFailure = Box<dyn std::error::Error + Send + Sync>;

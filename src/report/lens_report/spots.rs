@@ -4,9 +4,9 @@ use petzval_optics::SpotDiagram;
 
 use super::inputs::ReportInputs;
 use super::missing::Absence;
-use super::plot::{Plot, Series, Style};
 use super::section::{ReportSection, Table, WAVELENGTH_COLUMN};
 use crate::number::rounded;
+use crate::plot::{Plot, Series, Style};
 
 /// Steps of focus to each side, of the depth of focus 2 lambda N^2.
 const FOCUS_STEPS: i32 = 5;

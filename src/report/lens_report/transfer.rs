@@ -3,10 +3,10 @@
 use petzval_optics::{FieldRays, FrequencyAxis, TransferMethod};
 
 use super::inputs::ReportInputs;
-use super::plot::{Plot, Series, Style};
 use super::section::{ReportSection, Table};
 use super::spots::focus_step;
 use crate::number::rounded;
+use crate::plot::{Plot, Series, Style};
 
 /// Steps of frequency.
 const STEPS: u32 = 50;

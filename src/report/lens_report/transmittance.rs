@@ -4,9 +4,9 @@ use petzval_lens::{AxialLight, PupilSampling, RealLens, RealRayFocus};
 
 use super::inputs::ReportInputs;
 use super::missing::Absence;
-use super::plot::{Plot, Series};
 use super::section::{ReportSection, Table, WAVELENGTH_COLUMN};
 use crate::number::rounded;
+use crate::plot::{Plot, Series};
 
 pub(super) fn transmittance(inputs: &ReportInputs) -> ReportSection {
     let conditions = &inputs.quality.conditions;

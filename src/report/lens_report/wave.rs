@@ -5,8 +5,8 @@ use petzval_optics::{FieldRays, PointImage};
 use super::inputs::ReportInputs;
 use super::missing::Absence;
 use super::picture::{self, PictureScale, SectionPicture};
-use super::plot::{Plot, Series};
 use super::section::{ReportFailure, ReportSection, Table, WAVELENGTH_COLUMN};
+use crate::plot::{Plot, Series};
 
 /// Zernike terms.
 const TERMS: usize = 37;

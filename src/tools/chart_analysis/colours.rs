@@ -6,12 +6,9 @@ use petzval_image::Picture;
 use petzval_spectrum::{ciede2000, colour_checker, lab_from_srgb};
 
 use super::luminance;
-use crate::charts::colours::patch_borders;
+use super::patches::{PatchError, PatchMean, patch_mean};
+use crate::charts::patch_grid::PatchGrid;
 
-/// Share of the sides of a patch that is measured, in its middle.
-const MIDDLE: [f64; 2] = [0.25, 0.75];
-/// Least side of what is measured of a patch (pixels).
-const LEAST: usize = 3;
 /// Grey patches but for white, which may be clipped, and black, which shows stray light.
 const GREYS: Range<usize> = 19..23;
 
@@ -19,23 +16,9 @@ const GREYS: Range<usize> = 19..23;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ColoursError {
-    /// The patches have too few pixels.
-    #[error(
-        "its patches are about {width:.0} x {height:.0} pixels; expected at least {least} x {least}",
-        least = 2 * LEAST
-    )]
-    Small {
-        /// Width of a patch (pixels).
-        width: f64,
-        /// Height of a patch (pixels).
-        height: f64,
-    },
-    /// The picture has a value that is not finite.
-    #[error("the patch \"{patch}\" has pixels that are not finite")]
-    NotFinite {
-        /// Name of the patch.
-        patch: &'static str,
-    },
+    /// A patch cannot be measured.
+    #[error(transparent)]
+    Patch(#[from] PatchError),
     /// There is no light.
     #[error("its grey patches are black; expected a picture of a colour checker in this region")]
     Black,
@@ -83,24 +66,9 @@ impl ColourPatches {
         let region = region.map(|at| at.map(|n| n as f64));
         let mut patches = Vec::new();
         for (i, (name, reflectance)) in colour_checker().enumerate() {
-            let [low, high] = patch_borders(region, i, MIDDLE);
-            let (from, to) = (low.map(|at| at.ceil() as usize), high.map(|at| at.floor() as usize));
-            if (0..2).any(|i| to[i] < from[i] + LEAST) {
-                let [low, high] = patch_borders(region, i, [0.0, 1.0]);
-                return Err(ColoursError::Small {
-                    width: high[0] - low[0],
-                    height: high[1] - low[1],
-                });
-            }
-            let pixels = (from[1]..to[1]).flat_map(|y| {
-                picture.pixels[y * picture.size[0]..][from[0]..to[0]]
-                    .iter()
-                    .map(|p| p.map(f64::from))
-            });
-            let (mean, noise) = mean_and_noise(pixels);
-            if !mean.iter().all(|value| value.is_finite()) {
-                return Err(ColoursError::NotFinite { patch: name });
-            }
+            let PatchMean { mean, deviation } = patch_mean(picture, PatchGrid::COLOURS, region, i)?;
+            let light = luminance(mean);
+            let noise = if light > 0.0 { deviation / light } else { 0.0 };
             let expected = lab_from_srgb(reflectance.in_daylight());
             patches.push(PatchColour { name, mean, noise, lab: [0.0; 3], expected });
         }
@@ -133,20 +101,6 @@ impl ColourPatches {
     }
 }
 
-/// Returns the mean of pixels, and the standard deviation of their luminance relative to its mean.
-fn mean_and_noise(pixels: impl Iterator<Item = [f64; 3]>) -> ([f64; 3], f64) {
-    let (mut sums, mut luminances) = ([0.0; 3], Vec::new());
-    for pixel in pixels {
-        sums = [0, 1, 2].map(|c| sums[c] + pixel[c]);
-        luminances.push(luminance(pixel));
-    }
-    let count = luminances.len() as f64;
-    let mean = luminances.iter().sum::<f64>() / count;
-    let square = luminances.iter().map(|value| (value - mean) * (value - mean)).sum::<f64>();
-    let noise = if mean > 0.0 { (square / (count - 1.0)).sqrt() / mean } else { 0.0 };
-    (sums.map(|sum| sum / count), noise)
-}
-
 /// Returns the factor by which the luminances of the grey patches come nearest to those of the chart, relative to
 /// each.
 fn scale(patches: &[PatchColour]) -> Option<f64> {
@@ -168,7 +122,8 @@ mod tests {
         let (size, region) = ([450, 300], [[20, 10], [422, 275]]);
         let mut picture = Picture { size, pixels: vec![[0.18; 3]; 450 * 300] };
         for (i, (_, reflectance)) in colour_checker().enumerate() {
-            let borders = patch_borders(region.map(|at| at.map(|n| n as f64)), i, [0.0, 1.0]);
+            let borders =
+                PatchGrid::COLOURS.borders(region.map(|at| at.map(|n| n as f64)), i, [0.0, 1.0]);
             let [low, high] = borders.map(|at| at.map(|n| n.round() as usize));
             let colour = of(reflectance.in_daylight()).map(|value| value as f32);
             for y in low[1]..high[1] {
@@ -220,6 +175,9 @@ mod tests {
         let (mut picture, region) = chart(|rgb| rgb);
         picture.pixels[30 * 450 + 50][1] = f32::NAN;
         let found = ColourPatches::measure(&picture, region).unwrap_err();
-        assert_eq!(found, ColoursError::NotFinite { patch: "dark skin" });
+        assert_eq!(
+            found.to_string(),
+            "the patch in row 1, column 1 has pixels that are not finite"
+        );
     }
 }

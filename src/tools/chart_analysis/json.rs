@@ -3,7 +3,8 @@
 use serde_json::{Value, json};
 
 use super::{
-    ColourPatches, DotGrid, EdgeAxis, EdgeResponse, GridDot, PatchColour, TextureResponse,
+    ColourPatches, DotGrid, EdgeAxis, EdgeResponse, GreyStep, GreySteps, GridDot, PatchColour,
+    Shading, ShadingZone, StarResponse, StarRing, TextureResponse,
 };
 
 impl EdgeResponse {
@@ -83,6 +84,67 @@ impl ColourPatches {
             "max_de2000": self.worst().difference(),
             "white_balance_error": self.white_balance_error(),
             "patches": self.patches.iter().map(one).collect::<Vec<Value>>(),
+        })
+    }
+}
+
+impl StarResponse {
+    /// Returns the centre (pixels), frequencies of half and of a tenth of the contrast (cycles a pixel), and the response
+    /// by frequency: the mean, and that of each segment.
+    pub fn json(&self) -> Value {
+        let column = |of: fn(&StarRing) -> Value| self.rings.iter().map(of).collect::<Vec<Value>>();
+        json!({
+            "centre": self.centre,
+            "mtf50": self.frequency_of(0.5),
+            "mtf10": self.frequency_of(0.1),
+            "cycles_per_pixel": column(|ring| json!(ring.frequency)),
+            "response": column(|ring| json!(ring.mean())),
+            "segments": column(|ring| json!(ring.segments)),
+        })
+    }
+}
+
+impl GreySteps {
+    /// Returns the exposure (value of a reflectance of 1), the dynamic range (stops), and each step.
+    pub fn json(&self) -> Value {
+        let one = |step: &GreyStep| {
+            json!({
+                "reflectance": step.reflectance,
+                "mean": step.mean,
+                "value": step.value(),
+                "noise": step.noise,
+                "snr": step.signal_to_noise(),
+                "deviation_stops": self.deviation(step),
+            })
+        };
+        json!({
+            "exposure": self.scale,
+            "dynamic_range_stops": self.dynamic_range(),
+            "steps": self.steps.iter().map(one).collect::<Vec<Value>>(),
+        })
+    }
+}
+
+impl Shading {
+    /// Returns the light of the corners, the least relative to the most, the largest change of colour, and each zone, row
+    /// after row.
+    pub fn json(&self) -> Value {
+        let one = |zone: &ShadingZone| {
+            json!({
+                "middle": zone.middle,
+                "field": zone.field,
+                "light": zone.light,
+                "red_over_green": zone.colour[0],
+                "blue_over_green": zone.colour[1],
+            })
+        };
+        json!({
+            "corners": self.corners().map(|zone| zone.light),
+            "uniformity": self.uniformity(),
+            "colour_shading": self.colour_shading(),
+            "columns": self.size[0],
+            "rows": self.size[1],
+            "zones": self.zones.iter().map(one).collect::<Vec<Value>>(),
         })
     }
 }

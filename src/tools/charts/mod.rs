@@ -1,28 +1,33 @@
 //! Test charts as scenes: flat, in the plane in focus of a given camera, and filling its picture.
 
-pub(crate) mod colours;
 pub(crate) mod leaves;
 mod patch;
+pub(crate) mod patch_grid;
 mod scene_text;
+pub(crate) mod star;
 mod view;
 
 pub use scene_text::ChartCamera;
 pub use view::{ChartError, ChartView};
 
-use colours::colours;
 use leaves::leaves;
-use patch::{Patch, dots, flat, squares};
+use patch::{Patch, Reflectance, dots, flat, squares};
+use patch_grid::{PatchGrid, grey_reflectance};
 use petzval_image::Picture;
-use view::MIN_LEAVES;
+use star::star;
+use view::{MIN_LEAVES, MIN_STAR};
 
 /// Reflectances of the sides of an edge: the contrast of 4:1 of ISO 12233.
 const EDGE_REFLECTANCES: [f64; 2] = [0.18, 0.72];
 
-/// Reflectance about the leaves, and the largest side of their square (pixels).
+/// Reflectance about the leaves.
 const GREY: f64 = 0.18;
-const MAX_LEAVES: u32 = 400;
+/// Shares of the shorter side of the picture that leaves and star fill, and the most pixels that they do.
+const LEAVES_SHARE: f64 = 0.5;
+const STAR_SHARE: f64 = 0.9;
+const MAX_TEXTURE: f64 = 400.0;
 
-/// Reflectance of the frame about the patches of the colour checker.
+/// Reflectance of the frame about patches.
 const FRAME: f64 = 0.04;
 
 /// A test chart.
@@ -38,15 +43,10 @@ pub enum ChartKind {
     Leaves,
     /// The 24 patches of the ColorChecker.
     Colours,
-}
-
-/// Leaves in the middle of a chart.
-#[derive(Clone, Debug)]
-pub struct LeavesSquare {
-    /// Reflectances, several for each pixel.
-    pub picture: Picture,
-    /// The pixels that show them: first column and row, and those that no longer do.
-    pub region: [[u32; 2]; 2],
+    /// A sinusoidal Siemens star (ISO 12233), in a square in the middle.
+    Star,
+    /// Twenty steps of grey over 12.6 stops (ISO 14524).
+    Greys,
 }
 
 /// A chart in front of a camera.
@@ -58,11 +58,10 @@ pub struct Chart {
     pub edges: Vec<[[u32; 2]; 2]>,
     /// Distance from dot to dot (mm), if there are dots.
     pub spacing: Option<f64>,
-    /// Dead leaves, if the chart has them.
-    pub leaves: Option<LeavesSquare>,
-    /// The pixels that the patches of the colour checker fill, if the chart has them: first column and row, and those
-    /// that no longer do.
-    pub colours: Option<[[u32; 2]; 2]>,
+    /// The region of leaves, star or patches, if the chart has them.
+    pub region: Option<[[u32; 2]; 2]>,
+    /// Reflectances of leaves or star, several for each pixel of the region.
+    pub texture: Option<Picture>,
 }
 
 impl Chart {
@@ -71,38 +70,58 @@ impl Chart {
     /// # Errors
     /// Returns an error if no flat chart can fill it, or if it has too few pixels.
     pub fn new(kind: ChartKind, view: &ChartView<'_>) -> Result<Self, ChartError> {
-        let (mut patches, mut edges, mut spacing) = (Vec::new(), Vec::new(), None);
-        let (mut square, mut checker) = (None, None);
+        let background = match kind {
+            ChartKind::Flat | ChartKind::Grid => 1.0,
+            ChartKind::Edges => EDGE_REFLECTANCES[1],
+            ChartKind::Leaves => GREY,
+            ChartKind::Star => star::MIDDLE,
+            ChartKind::Colours | ChartKind::Greys => FRAME,
+        };
+        let patches = vec![flat(view, background)?];
+        let edges = Vec::new();
+        let mut chart = Self { kind, patches, edges, spacing: None, region: None, texture: None };
         match kind {
-            ChartKind::Flat => patches.push(flat(view, 1.0)?),
-            ChartKind::Leaves => {
-                patches.push(flat(view, GREY)?);
-                square = Some(leaves_square(view)?);
-            }
-            ChartKind::Colours => {
-                patches.push(flat(view, FRAME)?);
-                checker = Some(colours(view, &mut patches)?);
-            }
-            ChartKind::Grid => {
-                patches.push(flat(view, 1.0)?);
-                spacing = Some(dots(view, &mut patches)?);
-            }
+            ChartKind::Flat => {}
+            ChartKind::Grid => chart.spacing = Some(dots(view, &mut chart.patches)?),
             ChartKind::Edges => {
-                let [dark, bright] = EDGE_REFLECTANCES;
-                patches.push(flat(view, bright)?);
-                edges = squares(view, dark, &mut patches)?;
+                chart.edges = squares(view, EDGE_REFLECTANCES[0], &mut chart.patches)?;
+            }
+            ChartKind::Leaves => {
+                chart.texture(view, MIN_LEAVES, LEAVES_SHARE, |side| leaves(side, 0))?;
+            }
+            ChartKind::Star => chart.texture(view, MIN_STAR, STAR_SHARE, star)?,
+            ChartKind::Colours => {
+                let region =
+                    PatchGrid::COLOURS.draw(view, Reflectance::OfChecker, &mut chart.patches)?;
+                chart.region = Some(region);
+            }
+            ChartKind::Greys => {
+                let grey = |step: usize| Reflectance::Grey(grey_reflectance(step));
+                chart.region = Some(PatchGrid::GREYS.draw(view, grey, &mut chart.patches)?);
             }
         }
-        Ok(Self { kind, patches, edges, spacing, leaves: square, colours: checker })
+        Ok(chart)
     }
-}
 
-/// Draws leaves for a square in the middle of the picture.
-fn leaves_square(view: &ChartView<'_>) -> Result<LeavesSquare, ChartError> {
-    view.check_size(MIN_LEAVES)?;
-    let resolution = view.resolution();
-    let side = (resolution[0].min(resolution[1]) / 2).min(MAX_LEAVES);
-    let low = resolution.map(|n| (n - side) / 2);
-    let region = [low, low.map(|n| n + side)];
-    Ok(LeavesSquare { picture: leaves(side as usize, 0), region })
+    /// Returns the kind of chart.
+    pub fn kind(&self) -> ChartKind {
+        self.kind
+    }
+
+    /// Draws a texture for a square in the middle of a picture of at least so many pixels.
+    fn texture(
+        &mut self,
+        view: &ChartView<'_>,
+        least: u32,
+        share: f64,
+        draw: impl FnOnce(usize) -> Picture,
+    ) -> Result<(), ChartError> {
+        view.check_size(least)?;
+        let resolution = view.resolution();
+        let side = (share * f64::from(resolution[0].min(resolution[1]))).min(MAX_TEXTURE) as u32;
+        let low = resolution.map(|n| (n - side) / 2);
+        self.region = Some([low, low.map(|n| n + side)]);
+        self.texture = Some(draw(side as usize));
+        Ok(())
+    }
 }

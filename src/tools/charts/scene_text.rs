@@ -7,7 +7,7 @@ use petzval_spectrum::{Spectrum, colour_checker};
 
 use super::patch::{Patch, PatchShape, Reflectance};
 use super::view::{ChartError, ChartView};
-use super::{Chart, ChartKind, LeavesSquare};
+use super::{Chart, ChartKind};
 
 /// f-number that is lit for where a lens has none.
 const USUAL_F_NUMBER: f64 = 4.0;
@@ -28,8 +28,8 @@ pub struct ChartCamera<'a> {
 }
 
 impl Chart {
-    /// Returns the scene. `command` is the one that made it, and `texture` the name of the picture of the leaves beside
-    /// it. The world is in metres, and the film stands at the origin.
+    /// Returns the scene. `command` is the one that made it, and `texture` the name of the picture of leaves or star
+    /// beside it. The world is in metres, and the film stands at the origin.
     ///
     /// # Errors
     /// Returns an error if the middle of the picture shows no point of the chart.
@@ -54,6 +54,8 @@ impl Chart {
             ChartKind::Flat => "White",
             ChartKind::Leaves => "Dead leaves",
             ChartKind::Colours => "Colour checker",
+            ChartKind::Star => "Siemens star",
+            ChartKind::Greys => "Steps of grey",
         };
         let command: String =
             command.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
@@ -80,18 +82,12 @@ impl Chart {
             let z = distance * (1.0 - LAYER * f64::from(u8::from(i > 0)));
             write_patch(&mut text, patch, z);
         }
-        if let Some(LeavesSquare { region: [low, high], .. }) = &self.leaves {
-            let [left, top] = low.map(|at| f64::from(at) - 0.5);
-            let [right, bottom] = high.map(|at| f64::from(at) - 0.5);
-            let mut corners = [[0.0; 2]; 4];
-            let pixels = [[left, bottom], [right, bottom], [right, top], [left, top]];
-            for (corner, pixel) in corners.iter_mut().zip(pixels) {
-                *corner = view.chart_point(pixel)?;
-            }
+        if let (Some(region), Some(_)) = (self.region, &self.texture) {
+            let corners = view.corners(region.map(|at| at.map(|n| f64::from(n) - 0.5)))?;
             let _ = writeln!(
                 text,
-                "\nTexture \"leaves\" \"spectrum\" \"imagemap\" \"string filename\" \"{}\" \"string filter\" \"point\"\n\
-                 Material \"diffuse\" \"texture reflectance\" \"leaves\"\n\
+                "\nTexture \"chart\" \"spectrum\" \"imagemap\" \"string filename\" \"{}\" \"string filter\" \"point\"\n\
+                 Material \"diffuse\" \"texture reflectance\" \"chart\"\n\
                  {} \"point2 uv\" [0 0 1 0 1 1 0 1]",
                 quoted(texture),
                 quad(&corners, distance * (1.0 - LAYER))

@@ -10,6 +10,9 @@ pub(super) const MIN_GRID: u32 = 120;
 /// Least shorter side of a picture with leaves (pixels), which take half of it.
 pub(super) const MIN_LEAVES: u32 = 200;
 
+/// Least shorter side of a picture with a star (pixels), whose lowest frequency is a ninth of a cycle a pixel then.
+pub(super) const MIN_STAR: u32 = 240;
+
 /// Why a chart cannot be drawn.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -111,6 +114,21 @@ impl<'a> ChartView<'a> {
         let along = (self.distance() - ray.point.z) / ray.direction.z;
         let at = ray.point + along * ray.direction;
         Ok([at.x, -at.y])
+    }
+
+    /// Returns the points of the chart that the corners of a rectangle of the picture show: lower left, lower right,
+    /// upper right, upper left. `low` and `high` are its upper left and its lower right (pixels).
+    ///
+    /// # Errors
+    /// As [`Self::chart_point`].
+    pub(super) fn corners(&self, [low, high]: [[f64; 2]; 2]) -> Result<[[f64; 2]; 4], ChartError> {
+        let ([left, top], [right, bottom]) = (low, high);
+        Ok([
+            self.chart_point([left, bottom])?,
+            self.chart_point([right, bottom])?,
+            self.chart_point([right, top])?,
+            self.chart_point([left, top])?,
+        ])
     }
 
     /// Returns the middle of the picture (pixels).

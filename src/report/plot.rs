@@ -1,4 +1,4 @@
-//! Plots of a lens report: curves and points on linear axes.
+//! Plots: curves and points on linear axes.
 
 use crate::svg::{Position, Sheet, width};
 
@@ -9,12 +9,14 @@ const COLOURS: [&str; 7] =
 
 /// A plot.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Plot {
+pub struct Plot {
     /// Name of the file, without the section's name.
     pub name: String,
+    /// Title, above the plot.
     pub title: String,
     /// Names of the axes, with units.
     pub axes: [String; 2],
+    /// Curves and points.
     pub series: Vec<Series>,
     /// Whether a unit has the same length along both axes.
     pub square: bool,
@@ -34,20 +36,29 @@ pub(super) struct Plot {
 
 /// A curve or a cloud of points.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Series {
+pub struct Series {
     /// Name in the legend; without one it has no entry.
     pub name: String,
+    /// Number of its colour.
     pub colour: usize,
+    /// Look of the points.
     pub style: Style,
+    /// Points along both axes.
     pub points: Vec<[f64; 2]>,
 }
 
+/// Look of a series.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) enum Style {
+pub enum Style {
+    /// A curve.
     #[default]
     Line,
+    /// A dashed curve.
     Dashed,
+    /// A cloud of points.
     Dots,
+    /// Few points, each of which counts.
+    Marks,
     /// A closed outline.
     Outline,
     /// Bars between the points of each pair, seven side by side within a unit of x.
@@ -72,7 +83,7 @@ const TYPE: f64 = 11.0;
 const DOTS: usize = 900;
 
 /// Returns the colour of a wavelength among `count`, which are numbered from short to long.
-pub(super) fn colour(rank: usize, count: usize) -> usize {
+pub(crate) fn colour(rank: usize, count: usize) -> usize {
     match count {
         1 => 0,
         _ => rank * (COLOURS.len() - 2).min(count.max(3) - 1) / (count - 1),
@@ -234,7 +245,9 @@ impl Plot {
             let line = [[x, y - 4.0], [x + 18.0, y - 4.0]];
             let sample = Series { points: Vec::new(), ..(*series).clone() };
             match series.style {
-                Style::Dots => sheet.circle([x + 9.0, y - 4.0], 2.5, &fill(series.colour)),
+                Style::Dots | Style::Marks => {
+                    sheet.circle([x + 9.0, y - 4.0], 2.5, &fill(series.colour));
+                }
                 _ => sheet.path(&line, false, &stroke(&sample)),
             }
             sheet.text([x + 22.0, y], TYPE, "", &series.name);
@@ -289,6 +302,11 @@ fn draw_series(
             let every = points.len().div_ceil(DOTS).max(1);
             for point in points.iter().step_by(every).filter(|p| inside(p)) {
                 sheet.circle(*point, 0.9, &fill(series.colour));
+            }
+        }
+        Style::Marks => {
+            for point in points.iter().filter(|p| inside(p)) {
+                sheet.circle(*point, 2.5, &fill(series.colour));
             }
         }
         Style::Outline => sheet.path(points, true, &stroke(series)),

@@ -1,0 +1,347 @@
+//! Spatial frequency response of a sinusoidal Siemens star (s-SFR of ISO 12233:2023, annex E and F).
+
+use std::f64::consts::{FRAC_PI_4, TAU};
+
+use petzval_base::least_squares::least_squares;
+use petzval_image::Picture;
+
+use crate::charts::star::{CYCLES, MODULATION};
+
+/// Segments of a ring, each of which has a phase of its own.
+const SEGMENTS: usize = 8;
+/// Least side of a region (pixels).
+const LEAST: usize = 64;
+/// Share of the star's radius that its largest ring has, clear of its border.
+const OUTER: f64 = 0.97;
+/// Least modulation of a star, relative to that of the chart, in its largest ring.
+const FAINT: f64 = 0.05;
+
+/// Why a star cannot be measured.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum StarError {
+    /// The region is small.
+    #[error("{width} x {height} pixels; expected at least {LEAST} x {LEAST}")]
+    Small {
+        /// Width (pixels).
+        width: usize,
+        /// Height (pixels).
+        height: usize,
+    },
+    /// The picture has a value that is not finite, or no light.
+    #[error("it has pixels that are dark or not finite; expected a star of {0} cycles")]
+    Dark(f64),
+    /// The region shows no star.
+    #[error(
+        "its largest ring has {found:.3} of the modulation of a star of {cycles} cycles; expected a star in the middle \
+         that fills the region"
+    )]
+    Faint {
+        /// Modulation relative to that of the chart.
+        found: f64,
+        /// Cycles around the star.
+        cycles: f64,
+    },
+}
+
+/// A star as its chart shows it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StarChart {
+    /// Cycles around the star.
+    pub cycles: f64,
+    /// Modulation of the reflectance.
+    pub modulation: f64,
+}
+
+impl Default for StarChart {
+    /// Returns the star of `petzval chart star`.
+    fn default() -> Self {
+        Self { cycles: CYCLES, modulation: MODULATION }
+    }
+}
+
+/// Response at one frequency.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StarRing {
+    /// Frequency (cycles a pixel).
+    pub frequency: f64,
+    /// Response of each segment, that of the pixel included, counted clockwise from the right. Frequencies of a segment
+    /// are across its radius.
+    pub segments: [f64; SEGMENTS],
+}
+
+impl StarRing {
+    /// Returns the mean response.
+    pub fn mean(&self) -> f64 {
+        self.segments.iter().sum::<f64>() / SEGMENTS as f64
+    }
+}
+
+/// Spatial frequency response of a star.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StarResponse {
+    /// Centre of the star (pixels, that of the first pixel at 0).
+    pub centre: [f64; 2],
+    /// Rings at hundredths of a cycle a pixel, from that of the whole star to Nyquist.
+    pub rings: Vec<StarRing>,
+}
+
+impl StarResponse {
+    /// Measures the star that fills a region of a picture (pixels): first column and row, and those that no longer belong
+    /// to it. `value` is the channel.
+    ///
+    /// In each ring and segment, a sinusoid is fitted to the pixels, whose amplitude is linear in the radius. Its amplitude
+    /// over their mean is the modulation. What noise adds to the square of the amplitude is subtracted.
+    ///
+    /// # Errors
+    /// Returns an error if the region is too small or shows no star.
+    pub fn measure(
+        picture: &Picture,
+        [low, high]: [[usize; 2]; 2],
+        chart: StarChart,
+        value: impl Fn([f32; 3]) -> f64,
+    ) -> Result<Self, StarError> {
+        let [width, height] = [0, 1].map(|i| high[i] - low[i]);
+        if width.min(height) < LEAST {
+            return Err(StarError::Small { width, height });
+        }
+        let row = |y: usize| &picture.pixels[y * picture.size[0]..][low[0]..high[0]];
+        let values: Vec<f64> = (low[1]..high[1]).flat_map(row).map(|pixel| value(*pixel)).collect();
+        let mean = values.iter().sum::<f64>() / values.len() as f64;
+        if !(mean.is_finite() && mean > 0.0) {
+            return Err(StarError::Dark(chart.cycles));
+        }
+        let mut star = Star {
+            values,
+            width,
+            centre: [width, height].map(|n| (n as f64 - 1.0) / 2.0),
+            cycles: chart.cycles,
+        };
+        let outer = OUTER * width.min(height) as f64 / 2.0;
+        star.find_centre(outer);
+        let response = |frequency: f64| {
+            let radius = chart.cycles / (TAU * frequency);
+            let segments = star.ring(radius).map(|wave| wave.modulation() / chart.modulation);
+            StarRing { frequency, segments }
+        };
+        let largest = response(chart.cycles / (TAU * outer));
+        if largest.mean() < FAINT {
+            return Err(StarError::Faint { found: largest.mean(), cycles: chart.cycles });
+        }
+        let first = (100.0 * largest.frequency).ceil() as u32;
+        let rings = (first..=50).map(|i| response(f64::from(i) / 100.0)).collect();
+        Ok(Self { centre: [0, 1].map(|i| star.centre[i] + low[i] as f64), rings })
+    }
+
+    /// Returns the lowest frequency at which the mean response falls to a level (cycles a pixel); `None` if it does not
+    /// between the frequencies of the star and Nyquist.
+    pub fn frequency_of(&self, level: f64) -> Option<f64> {
+        self.rings.windows(2).find_map(|pair| {
+            let [[f0, above], [f1, below]] = [pair[0], pair[1]].map(|r| [r.frequency, r.mean()]);
+            let crosses = above >= level && below < level;
+            crosses.then(|| f0 + (f1 - f0) * (above - level) / (above - below))
+        })
+    }
+}
+
+/// A pixel of a ring.
+#[derive(Clone, Copy)]
+struct RingPixel {
+    angle: f64,
+    /// Distance from the middle of the ring (pixels), outwards.
+    out: f64,
+    value: f64,
+}
+
+/// The pixels of a star.
+struct Star {
+    values: Vec<f64>,
+    width: usize,
+    centre: [f64; 2],
+    cycles: f64,
+}
+
+/// Fit of a sinusoid to the pixels of a segment.
+#[derive(Clone, Copy)]
+struct Wave {
+    mean: f64,
+    /// Factors of cosine and sine.
+    cos: f64,
+    sin: f64,
+    /// Square of the amplitude that noise adds.
+    noise: f64,
+}
+
+impl Wave {
+    fn modulation(&self) -> f64 {
+        let square = self.cos * self.cos + self.sin * self.sin - self.noise;
+        if self.mean > 0.0 { square.max(0.0).sqrt() / self.mean } else { 0.0 }
+    }
+}
+
+impl Star {
+    /// Returns the pixels of a ring about a centre.
+    fn pixels(&self, centre: [f64; 2], radius: f64) -> Vec<RingPixel> {
+        let half = (0.01 * radius).max(0.75);
+        let height = self.values.len() / self.width;
+        let range = |centre: f64, n: usize| {
+            let end = |at: f64| at.clamp(0.0, n as f64) as usize;
+            end((centre - radius - half).ceil())..end(centre + radius + half + 1.0)
+        };
+        let columns = range(centre[0], self.width);
+        let places = range(centre[1], height).flat_map(|y| columns.clone().map(move |x| (x, y)));
+        places
+            .filter_map(|(x, y)| {
+                let [dx, dy] = [x as f64 - centre[0], y as f64 - centre[1]];
+                let (out, angle) = (dx.hypot(dy) - radius, dy.atan2(dx).rem_euclid(TAU));
+                let value = self.values[y * self.width + x];
+                (out.abs() <= half).then_some(RingPixel { angle, out, value })
+            })
+            .collect()
+    }
+
+    /// Returns the fits of all segments of a ring.
+    fn ring(&self, radius: f64) -> [Wave; SEGMENTS] {
+        let mut segments: [Vec<RingPixel>; SEGMENTS] = Default::default();
+        for pixel in self.pixels(self.centre, radius) {
+            segments[(pixel.angle / FRAC_PI_4) as usize % SEGMENTS].push(pixel);
+        }
+        segments.map(|pixels| self.wave(&pixels))
+    }
+
+    fn wave(&self, pixels: &[RingPixel]) -> Wave {
+        let basis = |pixel: &RingPixel| {
+            let (sin, cos) = (self.cycles * pixel.angle).sin_cos();
+            [1.0, cos, sin, pixel.out * cos, pixel.out * sin]
+        };
+        let columns = (0..5).map(|i| pixels.iter().map(|pixel| basis(pixel)[i]).collect());
+        let values = pixels.iter().map(|pixel| pixel.value).collect();
+        let fit = &least_squares(columns.collect(), vec![values])[0];
+        let rest = pixels.iter().map(|pixel| {
+            let fitted: f64 = basis(pixel).iter().zip(fit).map(|(b, f)| b * f).sum();
+            (pixel.value - fitted).powi(2)
+        });
+        let count = pixels.len() as f64;
+        let variance = rest.sum::<f64>() / (count - 5.0).max(1.0);
+        Wave { mean: fit[0], cos: fit[1], sin: fit[2], noise: 4.0 * variance / count }
+    }
+
+    /// Moves the centre to that of the star: first to where a sinusoid around the whole of a ring is largest, then to where
+    /// all of its segments have one phase.
+    fn find_centre(&mut self, radius: f64) {
+        let step = radius / self.cycles;
+        let start = self.centre;
+        let mut best = [0.0, start[0], start[1]];
+        for (i, j) in (-6..=6).flat_map(|i| (-6..=6).map(move |j| (i, j))) {
+            let centre = [start[0] + step * f64::from(i), start[1] + step * f64::from(j)];
+            let pixels = self.pixels(centre, 0.9 * radius);
+            let [cos, sin] = [f64::cos, f64::sin].map(|of| {
+                pixels.iter().map(|pixel| of(self.cycles * pixel.angle) * pixel.value).sum::<f64>()
+            });
+            let amplitude = cos.hypot(sin) / pixels.len().max(1) as f64;
+            if amplitude > best[0] {
+                best = [amplitude, centre[0], centre[1]];
+            }
+        }
+        self.centre = [best[1], best[2]];
+        for _ in 0..4 {
+            let waves = self.ring(0.9 * radius);
+            let [cos, sin] =
+                [0, 1].map(|i| waves.iter().map(|wave| [wave.cos, wave.sin][i]).sum::<f64>());
+            let middle = sin.atan2(cos);
+            let mut shift = [0.0; 2];
+            for (i, wave) in waves.iter().enumerate() {
+                let phase = wave.sin.atan2(wave.cos) - middle;
+                let phase = phase.sin().atan2(phase.cos());
+                let (s, c) = ((i as f64 + 0.5) * FRAC_PI_4).sin_cos();
+                // A centre that is off by d changes the angles by (s dx - c dy) / radius.
+                let by = phase / self.cycles * 0.9 * radius * 2.0 / SEGMENTS as f64;
+                shift = [shift[0] - s * by, shift[1] + c * by];
+            }
+            self.centre = [0, 1].map(|i| self.centre[i] + shift[i]);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use petzval_base::sampler::hash;
+    use petzval_base::sinc::sinc;
+
+    /// Draws a star whose modulation is 0.6 times a response to frequency, in a picture of 401 pixels.
+    fn star(centre: [f64; 2], cycles: f64, noise: f64, response: impl Fn(f64) -> f64) -> Picture {
+        let side = 401;
+        let pixels = (0..side * side).map(|i| {
+            let [x, y] = [(i % side) as f64 - centre[0], (i / side) as f64 - centre[1]];
+            let radius = x.hypot(y).max(1e-9);
+            let wave = 0.6 * response(cycles / (TAU * radius)) * (cycles * y.atan2(x)).cos();
+            // Uniform noise.
+            let random = f64::from(hash(i as u32)) / 4_294_967_296.0 - 0.5;
+            [(0.3 * (1.0 + wave) + noise * 12.0_f64.sqrt() * random) as f32; 3]
+        });
+        Picture { size: [side; 2], pixels: pixels.collect() }
+    }
+
+    fn measure(picture: &Picture, cycles: f64) -> Result<StarResponse, StarError> {
+        let chart = StarChart { cycles, ..StarChart::default() };
+        StarResponse::measure(picture, [[0, 0], [401, 401]], chart, |p| f64::from(p[1]))
+    }
+
+    #[test]
+    fn responses_and_centres_are_found() {
+        for (centre, cycles) in
+            [([200.0, 200.0], 72.0), ([203.3, 197.9], 72.0), ([190.4, 208.0], 144.0)]
+        {
+            let gaussian = |f: f64| sinc(f) * (-2.0 * (TAU / 2.0 * 0.6 * f).powi(2)).exp();
+            let found = measure(&star(centre, cycles, 0.0, gaussian), cycles).unwrap();
+            for i in 0..2 {
+                assert!((found.centre[i] - centre[i]).abs() < 0.02, "{:?}", found.centre);
+            }
+            assert_eq!(found.rings.last().unwrap().frequency, 0.5);
+            for ring in &found.rings {
+                let (off, f) = (ring.mean() - gaussian(ring.frequency), ring.frequency);
+                assert!(off.abs() < 0.004, "{centre:?}, {cycles}, {f}: off by {off}");
+                for segment in ring.segments {
+                    assert!((segment - ring.mean()).abs() < 0.02, "{f}: {:?}", ring.segments);
+                }
+            }
+            let half = found.frequency_of(0.5).unwrap();
+            assert!((gaussian(half) - 0.5).abs() < 0.004, "{half}");
+        }
+    }
+
+    #[test]
+    fn noise_adds_little() {
+        let none = |f: f64| if f > 0.3 { 0.0 } else { 1.0 };
+        let found = measure(&star([200.0, 200.0], 72.0, 0.03, none), 72.0).unwrap();
+        let beyond: Vec<f64> =
+            found.rings.iter().filter(|r| r.frequency > 0.32).map(StarRing::mean).collect();
+        let mean = beyond.iter().sum::<f64>() / beyond.len() as f64;
+        // Squares of noise are rectified: without the subtraction it would be 0.08.
+        assert!(mean < 0.04, "{mean}");
+        let below = &found.rings[0];
+        assert!((below.mean() - 1.0).abs() < 0.02, "{below:?}");
+        assert!((found.frequency_of(0.5).unwrap() - 0.3).abs() < 0.015);
+        assert_eq!(
+            measure(&star([200.0, 200.0], 72.0, 0.0, |_| 1.0), 72.0).unwrap().frequency_of(0.5),
+            None
+        );
+    }
+
+    #[test]
+    fn pictures_without_a_star_are_refused() {
+        let grey = Picture { size: [401; 2], pixels: vec![[0.3; 3]; 401 * 401] };
+        assert!(matches!(measure(&grey, 72.0), Err(StarError::Faint { .. })));
+        let other = star([200.0, 200.0], 36.0, 0.0, |_| 1.0);
+        assert!(matches!(measure(&other, 72.0), Err(StarError::Faint { .. })));
+        let dark = Picture { size: [401; 2], pixels: vec![[0.0; 3]; 401 * 401] };
+        assert!(matches!(measure(&dark, 72.0), Err(StarError::Dark(_))));
+        let mut spoiled = star([200.0, 200.0], 72.0, 0.0, |_| 1.0);
+        spoiled.pixels[77] = [f32::NAN; 3];
+        assert!(matches!(measure(&spoiled, 72.0), Err(StarError::Dark(_))));
+        let chart = StarChart::default();
+        let small = StarResponse::measure(&grey, [[0, 0], [63, 200]], chart, |p| f64::from(p[0]));
+        assert_eq!(small, Err(StarError::Small { width: 63, height: 200 }));
+    }
+}
