@@ -19,6 +19,7 @@ _cpu.check()
 
 from . import arrays as _arrays
 from . import error_against_time as _error_against_time
+from . import export as export
 from . import keywords as _keywords
 from . import measure as measure
 from . import progress as _progress
@@ -66,6 +67,7 @@ __all__ = [
     "compare",
     "dataset",
     "develop",
+    "export",
     "lens_models",
     "measure",
     "passes",

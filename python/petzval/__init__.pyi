@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from typing_extensions import Unpack
 
+from . import export as export
 from . import measure as measure
 from .picture_settings import AccuracySettings as AccuracySettings
 from .picture_settings import LensModelSettings as LensModelSettings

@@ -53,8 +53,9 @@ def test_every_public_name_has_a_stub_with_its_parameters():
 
 def test_functions_of_modules_have_types():
     modules = [getattr(pz, name) for name in pz.__all__ if inspect.ismodule(getattr(pz, name))]
-    assert modules == [pz.measure]
-    for name in pz.measure.__all__:
-        signature = inspect.signature(getattr(pz.measure, name))
-        types = [signature.return_annotation, *(p.annotation for p in signature.parameters.values())]
-        assert inspect.Signature.empty not in types, name
+    assert modules == [pz.export, pz.measure]
+    for module in modules:
+        for name in module.__all__:
+            signature = inspect.signature(getattr(module, name))
+            types = [signature.return_annotation, *(p.annotation for p in signature.parameters.values())]
+            assert inspect.Signature.empty not in types, name
