@@ -17,14 +17,17 @@ use crate::error::{read_error, value_error};
 use crate::worker;
 
 /// First column and row of a region, and those that no longer belong to it.
-type Region = (usize, usize, usize, usize);
+type Region = (i64, i64, i64, i64);
 
 /// Returns a region of a picture.
 fn within(region: Region, picture: &Picture) -> PyResult<[[usize; 2]; 2]> {
     let (x0, y0, x1, y1) = region;
     let [width, height] = picture.size;
-    match x0 < x1 && y0 < y1 && x1 <= width && y1 <= height {
-        true => Ok([[x0, y0], [x1, y1]]),
+    let is_within = |low: i64, high: i64, size: usize| {
+        (0..high).contains(&low) && usize::try_from(high).is_ok_and(|high| high <= size)
+    };
+    match is_within(x0, x1, width) && is_within(y0, y1, height) {
+        true => Ok([[x0, y0], [x1, y1]].map(|at| at.map(|n| n as usize))),
         false => Err(value_error(format!(
             "region={region:?}: the picture has {width} x {height} pixels; expected x0, y0, x1, y1 within it"
         ))),

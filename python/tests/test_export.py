@@ -95,11 +95,9 @@ def test_coco_masks_and_boxes_are_those_of_the_object_layer(still, tmp_path, cap
         assert (information["width"], information["height"]) == (WIDTH, HEIGHT)
         shown = pz.read_image(path.parent / information["file_name"])
         np.testing.assert_allclose(shown, np.clip(image.pixels, 0, 1), atol=0.006)
-    assert sorted(p.name for p in path.parent.iterdir()) == [
-        "000000.degraded.png",
-        "000001.degraded.png",
-        "annotations.json",
-    ]
+    assert sorted(p.name for p in path.parent.iterdir()) == ["annotations", "annotations.json"]
+    pictures = sorted(p.name for p in (path.parent / "annotations").iterdir())
+    assert pictures == ["000000.degraded.png", "000001.degraded.png"]
     # COCO's own metric finds them perfect.
     evaluation = pytest.importorskip("pycocotools.cocoeval")
     results = [{**a, "score": 1.0, "segmentation": coco.annToRLE(a)} for a in written["annotations"]]
@@ -122,8 +120,8 @@ def test_categories_name_merge_and_leave_out(still, tmp_path):
     fewer = pz.export.coco(still, tmp_path / "a.json", pictures=False, min_pixels=40)["annotations"]
     assert fewer and all(a["area"] >= 40 and a["shapes"] == [WALL] for a in fewer)
     clean = pz.export.coco(still, tmp_path / "b" / "a.json", picture="clean", pictures="jpg", exposure="auto")
-    assert [i["file_name"] for i in clean["images"]] == ["000000.clean.jpg", "000001.clean.jpg"]
-    assert (tmp_path / "b" / "000000.clean.jpg").read_bytes().startswith(b"\xff\xd8")
+    assert [i["file_name"] for i in clean["images"]] == ["a/000000.clean.jpg", "a/000001.clean.jpg"]
+    assert (tmp_path / "b" / "a" / "000000.clean.jpg").read_bytes().startswith(b"\xff\xd8")
 
 
 def test_shapes_of_several_scenes_are_not_mixed(tmp_path, lens_path):
@@ -261,7 +259,7 @@ def test_what_is_missing_is_named_and_leaves_nothing(name, copy, tmp_path):
         (copy / f"000001.{kind}.exr").write_bytes(bytes(size))
     with pytest.raises(ValueError, match="000001"):
         export(copy, out)
-    left = [path for path in out.rglob("*") if not path.name.endswith(".degraded.png")] if out.exists() else []
+    left = list(out.rglob("*")) if out.exists() else []
     assert left == []
 
 
@@ -299,10 +297,14 @@ def test_inputs_and_full_folders_are_not_replaced(copy, tmp_path):
                 export(copy, copy / name)
         with pytest.raises(IsADirectoryError, match="copy: this is a folder"):
             export(copy, copy)
-    # A picture that is to be written, under the name of a file of the data set.
-    (tmp_path / "000000.degraded.png").symlink_to(copy / "000000.degraded.exr")
-    with pytest.raises(ValueError, match="000000.degraded.png: this is a file of the data set"):
+    # Pictures of another export stay.
+    (tmp_path / "a").mkdir()
+    (tmp_path / "a" / "000000.degraded.png").write_bytes(b"other")
+    with pytest.raises(FileExistsError, match="a: this exists and is no empty folder"):
         pz.export.coco(copy, tmp_path / "a.json")
+    assert not (tmp_path / "a.json").exists() and (tmp_path / "a" / "000000.degraded.png").read_bytes() == b"other"
+    with pytest.raises(ValueError, match="expected a name such as .*b.json"):
+        pz.export.coco(copy, tmp_path / "b")
     for export in (pz.export.bop, pz.export.npz):
         with pytest.raises(FileExistsError, match="copy: this exists and is no empty folder"):
             export(copy, copy)

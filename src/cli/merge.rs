@@ -103,7 +103,7 @@ pub(super) fn run(arguments: &MergeArguments) -> Result<Outcome, Failure> {
     let estimate = memory.check(&job, MemoryTask::Merge, Some(format), more)?;
     let read = start.elapsed();
     let exposed = merge(&job, &parts)?;
-    let encoding = encoding.options(&job, false);
+    let encoding = encoding.options(&job, false)?;
     let threads = threads.map_or(0, usize::from);
     let (argv, label, never) = (&argv(), None, AtomicBool::new(false));
     let picture = PictureOutput {

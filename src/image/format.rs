@@ -62,10 +62,13 @@ impl EncodingOptions {
             ImageFormat::Png => Writer::Png(self.bit_depth.unwrap_or_default()),
             ImageFormat::Jpeg => Writer::Jpeg,
             ImageFormat::Tiff => Writer::Tiff,
-            ImageFormat::Dng => {
-                let mosaic = self.raw.filter(|_| self.grey);
-                Writer::Dng(Box::new(mosaic.ok_or(ImageError::NoMosaic { path })?))
-            }
+            ImageFormat::Dng => match self.raw.filter(|_| self.grey) {
+                None => return Err(ImageError::NoMosaic { path }),
+                Some(mosaic) if mosaic.filter_side > 1 => {
+                    return Err(ImageError::QuadMosaic { path });
+                }
+                Some(mosaic) => Writer::Dng(Box::new(mosaic)),
+            },
             ImageFormat::Npy => Writer::Npy,
         })
     }

@@ -13,6 +13,7 @@ mod develop;
 mod display;
 mod exr;
 mod format;
+mod lens_correction;
 mod pfm;
 mod raster;
 mod raw;
@@ -35,6 +36,7 @@ pub use display::{DisplayExposure, srgb_decode, srgb_encode};
 pub use exr::PictureLayers;
 pub use format::{BitDepth, EncodingOptions, ImageFormat};
 use format::{READABLE, Writer, extension};
+pub use lens_correction::LensCorrection;
 pub use pfm::write_pfm;
 pub use raster::{ImageSamples, Raster, Transfer};
 pub use raw::{ColourCalibration, RawCamera, RawFormat};
@@ -148,6 +150,16 @@ pub enum ImageError {
         path_excerpt(path)
     )]
     NoLayers {
+        /// The file.
+        path: PathBuf,
+    },
+    /// Raw converters read no quad patterns.
+    #[error(
+        "{}: DNG holds mosaics of single filters, and this is a quad pattern; choose another 'bayer', or name a \
+         picture.exr or .tif",
+        path_excerpt(path)
+    )]
+    QuadMosaic {
         /// The file.
         path: PathBuf,
     },
@@ -332,9 +344,7 @@ impl Picture {
             Writer::Tiff => {
                 tiff::write_tiff(self, alpha, encoding.mapping(), notes, BufWriter::new(file))
             }
-            Writer::Dng(raw) => {
-                tiff::write_dng(self, &raw, window.origin, notes, BufWriter::new(file))
-            }
+            Writer::Dng(raw) => tiff::write_dng(self, &raw, window, notes, BufWriter::new(file)),
             Writer::Npy => {
                 let spectrum = layers.iter().find(|layer| layer.name == SPECTRAL_LAYER);
                 array::write(self, spectrum, encoding.grey, BufWriter::new(file))

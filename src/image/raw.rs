@@ -1,5 +1,7 @@
 //! Raw mosaics: how the codes of a sensor behind colour filters follow from a picture.
 
+use crate::LensCorrection;
+
 /// Colours of a camera in the light of an illuminant, as matrices in rows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ColourCalibration {
@@ -28,6 +30,8 @@ pub struct RawFormat {
     /// Channels behind the filters of two by two pixels of the frame, in reading order: 0 red, 1 green,
     /// 2 blue.
     pub filters: [u8; 4],
+    /// Photosites along each side of a filter: 2 in a quad pattern, whose places count in filters.
+    pub filter_side: u32,
     /// Code of no light.
     pub black: u16,
     /// Code of the value 1.
@@ -40,6 +44,8 @@ pub struct RawFormat {
     pub tungsten: Option<ColourCalibration>,
     /// Channels of the white of the picture, relative to the largest.
     pub neutral: [f64; 3],
+    /// Correction of the lens that the file holds.
+    pub correction: Option<LensCorrection>,
     /// Variance of a reading relative to `white`: the factor of the signal, and that without light.
     pub noise: [f64; 2],
 }
@@ -82,6 +88,8 @@ mod tests {
     const RGGB: RawFormat = RawFormat {
         camera: RawCamera::LinearSrgb,
         filters: [0, 1, 1, 2],
+        filter_side: 1,
+        correction: None,
         black: 512,
         white: 16383,
         saturation: 16000,

@@ -33,6 +33,7 @@ pub use calibration::model::{CameraMatrix, DistortionModel};
 pub use calibration::pixel_grid::{PixelGrid, SightLine};
 pub use calibration::projection_centre::ProjectionCentre;
 pub use calibration::radial::{Falloff, LateralColour, RadialDistortion};
+pub use calibration::raw_correction::RawCorrection;
 pub use calibration::ray_field::{FieldRay, RayField};
 pub use calibration::spot::SpotGrid;
 pub use calibration::suitability::{FittedModel, Misfit};

@@ -104,7 +104,11 @@ impl Job {
 
     /// Returns the description of the mosaic for raw files.
     pub fn raw_format(&self) -> Option<RawFormat> {
-        let sensor = self.sensor.as_ref()?;
+        self.raw_format_of(self.sensor.as_ref()?)
+    }
+
+    /// Returns the description for raw files of the mosaic of another sensor behind the same camera.
+    pub fn raw_format_of(&self, sensor: &Sensor) -> Option<RawFormat> {
         // Photosites without filters, as behind a passband, are not those of the camera.
         let camera = self.response.camera.as_ref().filter(|_| sensor.filters.is_some());
         Some(sensor.raw_format(sensor.bayer?, camera))

@@ -1,4 +1,4 @@
-//! Charts of a star, of steps of grey and of white, rendered and measured; depth of field.
+//! Charts of a star, of steps of grey and of white, rendered and measured; depth of field; corrections of lenses.
 
 use std::path::Path;
 
@@ -86,7 +86,7 @@ fn a_star_has_the_response_of_an_edge() {
 fn steps_of_grey_show_tone_and_dynamic_range() {
     let folder = folder();
     let at = folder.path();
-    let camera = "--film-size 36x24 --resolution 240x160 --fstop 8";
+    let camera = "--film-size 36x24 --resolution 480x320 --fstop 8";
     let region = draw(at, "greys", camera);
     draw(at, "flat", camera);
     run(at, "render flat.pbrt -q -o flat.exr --spp 64");
@@ -99,17 +99,22 @@ fn steps_of_grey_show_tone_and_dynamic_range() {
         let deviation = step["deviation_stops"].as_f64().expect("a number");
         assert!(deviation.abs() < 0.01, "{step}");
     }
-    assert!((found["exposure"].as_f64().expect("a number") - 1.0).abs() < 0.01);
+    // The light of the picture, by its white of 0.9 in the middle and less around it.
+    let exposure = found["exposure"].as_f64().expect("a number");
+    assert!((0.8..0.9).contains(&exposure), "{exposure}");
     assert!(found["dynamic_range_stops"].is_null(), "no sensor");
     assert_eq!(std::fs::read_to_string(at.join("greys.csv")).expect("a table").lines().count(), 21);
 
     // White is 1,500 electrons. The luminance of three channels has 0.562 of the variance of one.
-    run(at, "render greys.pbrt -q -o raw.exr --spp 1024 --sensor iso=1600,pixel=4,read=2.5");
+    run(at, "render greys.pbrt -q -o raw.exr --spp 256 --sensor iso=1600,pixel=4,read=2.5");
     let found = json(at, &format!("measure greys raw.exr --region {region}"));
     let electrons = (0.562 + (0.562_f64.powi(2) + 4.0 * 0.562 * 6.25).sqrt()) / 2.0;
     let range = found["dynamic_range_stops"].as_f64().expect("stops");
     let expected = (1500.0 / electrons).log2();
     assert!((range - expected).abs() < 0.2, "{range}, not {expected}");
+    let found = json(at, &format!("measure greys raw.exr --region {region} --flat flat.exr"));
+    let flat = found["dynamic_range_stops"].as_f64().expect("stops");
+    assert!((flat - expected).abs() < 0.2, "{flat}, not {expected}");
 
     // A page and a plot of the same numbers.
     let text = run(at, &format!("{measure} --html greys.html --svg greys.svg"));
@@ -123,7 +128,7 @@ fn steps_of_grey_show_tone_and_dynamic_range() {
         format!("measure greys greys.exr --region {region} --flat flat.exr --html flat.exr");
     let (code, _, stderr) = petzval(at, &words.split(' ').collect::<Vec<_>>());
     assert!(code == 2 && stderr.contains("--html"), "{stderr}");
-    let words = "measure greys flat.exr --region 0,0,240,160";
+    let words = "measure greys flat.exr --region 0,0,480,320";
     let (code, _, stderr) = petzval(at, &words.split(' ').collect::<Vec<_>>());
     assert!(code == 2 && stderr.contains("do not become darker"), "{stderr}");
 }
@@ -192,7 +197,15 @@ fn the_depth_of_field_is_that_of_the_first_order_lens() {
     }
     assert_eq!(std::fs::read_to_string(at.join("d.csv")).expect("a table").lines().count(), 9);
     let text = run(at, &format!("lens depth-of-field {lens}"));
-    assert!(text.contains("28.8 um") && text.contains("hyperfocal"), "{text}");
+    assert!(text.contains("36 x 24 mm") && text.contains("28.8 um"), "{text}");
+    // Every lens has stops of its own.
+    for file in std::fs::read_dir(root().join("lenses")).expect("lenses") {
+        let path = file.expect("a file").path();
+        let path = path.to_str().expect("UTF-8");
+        let (code, stdout, stderr) = petzval(at, &["lens", "depth-of-field", path]);
+        assert!(code == 0 && stdout.lines().count() > 3, "{path}: {stdout} {stderr}");
+        assert_eq!(stderr.contains("along x"), path.ends_with("anamorphic.toml"), "{stderr}");
+    }
     for (more, expected) in [
         ("--film-size 36", "or one of 35mm, half-frame"),
         ("--blur 0", "expected a diameter"),
@@ -200,6 +213,53 @@ fn the_depth_of_field_is_that_of_the_first_order_lens() {
         ("--focus 2000", "2000mm"),
     ] {
         let command = format!("lens depth-of-field {lens} {more}");
+        let (code, _, stderr) = petzval(at, &command.split(' ').collect::<Vec<_>>());
+        assert!(code == 2 && stderr.contains(expected), "{command}: {stderr}");
+    }
+}
+
+#[test]
+fn opcodes_of_raw_files_correct_the_lens() {
+    let folder = folder();
+    let at = folder.path();
+    let lens = root().join("lenses/wide.22mm.dat");
+    let lens = lens.display();
+    for kind in ["grid", "flat"] {
+        run(
+            at,
+            &format!(
+                "chart {kind} {lens} --film-size 30x20 --resolution 480x320 --focus 2m --fstop 8 -o {kind}.pbrt"
+            ),
+        );
+        for (name, more) in [("as-it-is", ""), ("corrected", " --lens-correction")] {
+            let render = format!(
+                "render {kind}.pbrt -q -o {kind}.dng --bayer --sensor read=0 --spp 32{more}"
+            );
+            run(at, &render);
+            run(at, &format!("develop {kind}.dng -o {kind}-{name}.exr"));
+        }
+    }
+    let distortion = |name: &str| {
+        let found = json(at, &format!("measure grid grid-{name}.exr"));
+        found["distortion_percent"].as_f64().expect("a number")
+    };
+    let [before, after] = ["as-it-is", "corrected"].map(distortion);
+    assert!(before < -1.0 && after.abs() < 0.03, "{before} %, then {after} %");
+    let uniformity = |name: &str| {
+        let found = json(at, &format!("measure shading flat-{name}.exr"));
+        found["uniformity"].as_f64().expect("a number")
+    };
+    let [before, after] = ["as-it-is", "corrected"].map(uniformity);
+    assert!(before < 0.6 && after > 0.99, "{before}, then {after}");
+    // What opcodes cannot say.
+    let fisheye = root().join("scenes/fisheye.pbrt").display().to_string();
+    for (command, expected) in [
+        ("render flat.pbrt -o a.exr --lens-correction".to_owned(), "a.exr is no DNG"),
+        (
+            format!("render {fisheye} -o a.dng --bayer --lens-correction"),
+            "a field for a rectilinear picture",
+        ),
+    ] {
         let (code, _, stderr) = petzval(at, &command.split(' ').collect::<Vec<_>>());
         assert!(code == 2 && stderr.contains(expected), "{command}: {stderr}");
     }

@@ -122,6 +122,43 @@ fn a_sensor_file_stands_beside_the_specification() {
     );
 }
 
+#[test]
+fn mosaics_are_developed_as_the_command_does() {
+    let folder = folder();
+    scene(&folder, "");
+    let spec = |degraded: &str| {
+        format!(
+            "pairs = 2\nresolution = [40, 30]\nspp = 4\n[draw]\nscene = \"scene.pbrt\"\n[degraded]\n{degraded}\n"
+        )
+    };
+    let sensor = "sensor = \"bayer=grbg,iso=400\"\ndevelop = \"filmic\"";
+    let (code, _, log) = run(folder.path(), &spec(sensor), &[]);
+    assert_eq!(code, 0, "{log}");
+    let rows = rows(folder.path());
+    assert_eq!(rows.len(), 2);
+    for (pair, row) in (0..).zip(&rows) {
+        for (kind, name) in [("dng", "raw.dng"), ("developed", "developed.png")] {
+            let path = folder.path().join(format!("out/{pair:06}.{name}"));
+            assert_eq!(row["files"][kind]["bytes"], path.metadata().expect("a file").len());
+        }
+        let dng = format!("out/{pair:06}.raw.dng");
+        let words = ["develop", &dng, "-o", "again.png", "--tone", "filmic"];
+        let (code, _, stderr) = petzval(folder.path(), &words);
+        assert_eq!(code, 0, "{stderr}");
+        let again = Picture::read(&folder.path().join("again.png")).expect("a picture");
+        let path = folder.path().join(format!("out/{pair:06}.developed.png"));
+        assert_eq!(Picture::read(&path).expect("a picture").pixels, again.pixels);
+    }
+    for (degraded, expected) in [
+        ("develop = \"linear\"", "add bayer=rggb"),
+        ("sensor = \"bayer=quad-rggb\"\ndevelop = \"linear\"", "add bayer=rggb"),
+        ("sensor = \"bayer\"\ndevelop = \"flat\"", "expected linear or filmic"),
+    ] {
+        let (code, _, log) = run(folder.path(), &spec(degraded), &[]);
+        assert!(code == 2 && log.contains(expected), "{degraded}: {log}");
+    }
+}
+
 const DRAWN: &str = "
 pairs = 5
 seed = 3

@@ -8,7 +8,9 @@ use petzval_image::Picture;
 use petzval_render::film::Frame;
 use petzval_render::job::Job;
 use petzval_render::prepare::{Changes, prepare};
-use petzval_render::sensor::{Bayer, Components, FixedPattern, HotPixels, Sensor, SensorSettings};
+use petzval_render::sensor::{
+    Bayer, Components, Crosstalk, FixedPattern, HotPixels, Sensor, SensorSettings,
+};
 use petzval_render::{RenderOptions, render};
 use petzval_scene_formats::pbrt;
 
@@ -30,11 +32,79 @@ const COARSE: Sensor = Sensor {
         response: read_noise(0.0),
         hot: HotPixels { share: 0.0, dark_current: 0.0 },
     },
+    crosstalk: Crosstalk([0.0; 3]),
     bits: 8,
     black_level: 15,
     bayer: None,
     filters: None,
 };
+
+#[test]
+fn crosstalk_spreads_light_and_keeps_photon_noise() {
+    let size = [400, 300];
+    let sensor = Sensor {
+        full_well: 10_000.0,
+        read_noise: read_noise(0.0),
+        bits: 16,
+        black_level: 100,
+        bayer: Some(Bayer::Rggb),
+        crosstalk: Crosstalk([0.2, 0.1, 0.3]),
+        ..COARSE
+    };
+    let light = [0.1, 0.4, 0.2];
+    let picture = sensor.read_out(flat(light, size), [0, 0], 1);
+    // Red and blue have four green neighbours, green has two of either.
+    let expected =
+        [0.8 * 0.1 + 0.1 * 0.4, 0.9 * 0.4 + 0.5 * (0.2 * 0.1 + 0.3 * 0.2), 0.7 * 0.2 + 0.1 * 0.4];
+    let electrons = |[x, y]: [usize; 2]| 1e4 * f64::from(picture.pixels[y * size[0] + x][0]);
+    for (first, channel) in [([0, 0], 0), ([1, 0], 1), ([0, 1], 1), ([1, 1], 2)] {
+        let places =
+            (0..150).flat_map(|y| (0..200).map(move |x| [first[0] + 2 * x, first[1] + 2 * y]));
+        let values: Vec<f64> = places.map(electrons).collect();
+        let n = values.len() as f64;
+        let mean = values.iter().sum::<f64>() / n;
+        let variance = values.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>() / n;
+        let exact = 1e4 * expected[channel];
+        // Five standard errors of mean and variance.
+        assert!((mean - exact).abs() < 5.0 * (exact / n).sqrt(), "{channel}: {mean}, not {exact}");
+        assert!(
+            (variance / exact - 1.0).abs() < 5.0 * (2.0 / n).sqrt(),
+            "{channel}: {variance}, not {exact}"
+        );
+    }
+    // Neighbours have independent noise.
+    let at = |x: usize, y: usize| {
+        electrons([x, y]) - 1e4 * expected[Bayer::Rggb.channel([x as u32, y as u32])]
+    };
+    let pairs = (0..300).flat_map(|y| (0..399).map(move |x| (x, y)));
+    let product: f64 = pairs.map(|(x, y)| at(x, y) * at(x + 1, y)).sum::<f64>() / (300.0 * 399.0);
+    let bound = 5.0 * 1e4 * (expected[0] * expected[1]).sqrt().max(expected[1] * expected[2])
+        / (300.0_f64 * 399.0).sqrt();
+    assert!(product.abs() < bound, "{product}, bound {bound}");
+}
+
+#[test]
+fn crosstalk_of_a_crop_is_that_of_the_frame_within_its_border() {
+    let size = [40, 30];
+    let pixel = |i: usize| [(i % 7) as f32 / 9.0, (i % 5) as f32 / 9.0, (i % 3) as f32 / 9.0];
+    let whole = Picture { size, pixels: (0..1200).map(pixel).collect() };
+    for bayer in [None, Some(Bayer::Gbrg), Some(Bayer::QuadBggr)] {
+        let sensor = Sensor { crosstalk: Crosstalk([0.3, 0.2, 0.1]), bayer, ..COARSE };
+        let read = sensor.read_out(whole.clone(), [0, 0], 3);
+        let row = |y: usize| whole.pixels[y * 40..][5..25].to_vec();
+        let crop = Picture { size: [20, 12], pixels: (7..19).flat_map(row).collect() };
+        let crop = sensor.read_out(crop, [5, 7], 3);
+        for (x, y) in (1..11).flat_map(|y| (1..19).map(move |x| (x, y))) {
+            assert_eq!(
+                crop.pixels[y * 20 + x],
+                read.pixels[(y + 7) * 40 + x + 5],
+                "{bayer:?} {x}, {y}"
+            );
+        }
+        let none = Sensor { crosstalk: Crosstalk::default(), ..sensor };
+        assert_ne!(none.read_out(whole.clone(), [0, 0], 3), read);
+    }
+}
 
 fn flat(value: [f32; 3], size: [usize; 2]) -> Picture {
     Picture { size, pixels: vec![value; size[0] * size[1]] }
@@ -205,8 +275,17 @@ fn a_pixel_of_the_mosaic_keeps_the_channel_of_its_filter() {
         read.pixels.iter().map(letter).collect()
     };
     for bayer in Bayer::ALL {
-        assert_eq!(channels(bayer, [0, 0]), bayer.name());
-        assert_eq!(channels(bayer, [6, 4]), bayer.name());
+        let side = if bayer.is_quad() { 2 } else { 1 };
+        for origin in [[0, 0], [8, 4]] {
+            let found: String = [[0, 0], [1, 0], [0, 1], [1, 1]]
+                .map(|[x, y]| {
+                    let origin = [origin[0] + x * side, origin[1] + y * side];
+                    channels(bayer, origin).remove(0)
+                })
+                .iter()
+                .collect();
+            assert_eq!(found, bayer.name().trim_start_matches("quad-"));
+        }
     }
     // Crops that begin a pixel to the right, below, or both.
     assert_eq!(channels(Bayer::Rggb, [1, 0]), "grbg");
@@ -237,6 +316,8 @@ fn readings_of_any_light_lie_between_the_first_code_and_the_last() {
                 "bits=1,read=0",
                 "bits=16,black=65534,read=1e6",
                 "bayer",
+                "crosstalk=80,bayer=quad-gbrg",
+                "crosstalk=80/0/5",
                 "well=1",
                 "dark=1e12,time=1e9,dsnu=1e12/1e12/1e12,prnu=30/30/30,hot=1/1e12",
             ] {

@@ -37,7 +37,12 @@ def read(dataset: DataSet, row: Row) -> PairArrays:
         if path.suffix == ".npy":
             found.single[kind] = np.load(path)
             continue
+        if path.suffix == ".dng":
+            # The mosaic is in raw.exr too.
+            continue
         found.stacked[kind] = read_image(path)
+        if path.suffix != ".exr":
+            continue
         layers = read_layers(path)
         for name, values in layers.arrays.items():
             (found.single if name == "vignetting" else found.stacked)[f"{kind}.{name}"] = values

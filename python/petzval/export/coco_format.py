@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Callable
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any, Literal, Optional, Union
 
@@ -39,11 +40,12 @@ def coco(
     :param categories: ``{number of a shape: name}``; shapes of one name are one category, and others are left out. For
         several scenes ``{name of the scene file: {number: name}}``. By default all shapes count, as ``"shape 3"``
     :param min_pixels: objects of fewer pixels are left out
-    :param pictures: ``"png"`` or ``"jpg"`` writes pictures beside the annotations, ``True`` means PNG; ``False`` names
-        the EXR of the data set
+    :param pictures: ``"png"`` or ``"jpg"`` writes pictures into a folder beside the annotations, which has their name and
+        is new or empty; ``True`` means PNG, and ``False`` names the EXR of the data set
     :param exposure: that of these pictures: stops, or ``"auto"`` for each
     :param progress: as in :func:`petzval.render`, with the share of the pairs
     :returns: what is in the file
+    :raises FileExistsError: the folder of the pictures exists and is not empty
     :raises FileNotFoundError: there is no manifest, or a file of a pair is missing
     :raises ValueError: the data set has no layer ``object``, or the output is one of its files
     """
@@ -56,15 +58,18 @@ def coco(
     inputs = list(dataset.inputs())
     images: list[dict[str, Any]] = []
     found: list[tuple[int, Object]] = []
-    with output.file(final, inputs) as unfinished:
+    shown = final.with_suffix("")
+    if ending is not None and shown == final and not final.is_dir():
+        raise ValueError(f"{final}: expected a name such as {final}.json, as the folder of the pictures has it without")
+    pictures_folder = output.folder(shown) if ending is not None else nullcontext()
+    with output.file(final, inputs) as unfinished, pictures_folder as drawn:
         for done, row in enumerate(dataset.rows, 1):
             source = dataset.file(row, picture)
             layers = read_layers(source)
             name = row["files"][picture]["file"]
-            if ending is not None:
-                name = f"{row['pair']:06d}.{picture}.{ending}"
-                output.check(final.with_name(name), inputs)
-                write_image(final.with_name(name), read_image(source), exposure=exposure)
+            if drawn is not None:
+                name = f"{shown.name}/{row['pair']:06d}.{picture}.{ending}"
+                write_image(drawn / Path(name).name, read_image(source), exposure=exposure)
             width, height = layers.size
             images.append({"id": row["pair"], "file_name": name, "width": width, "height": height})
             objects = find(row, layers, picture, naming)

@@ -3,9 +3,12 @@
 use std::path::Path;
 
 use petzval_image::{
-    BitDepth, DisplayExposure, EncodingOptions, ImageFormat, ToneCurve, WhiteBalance,
+    BitDepth, DisplayExposure, EncodingOptions, ImageFormat, LensCorrection, ToneCurve,
+    WhiteBalance,
 };
+use petzval_optics::CalibrationSetup;
 use petzval_render::job::Job;
+use petzval_render::plan::Effect;
 
 use super::values::{bit_depth, white_balance};
 use crate::cli::Failure;
@@ -66,6 +69,9 @@ pub(in crate::cli) struct EncodingArguments {
         help_heading = "Picture"
     )]
     pub white_balance: WhiteBalance,
+    /// Write opcodes into DNG that correct distortion, lateral colour and falloff of the lens
+    #[arg(long, help_heading = "Picture")]
+    pub lens_correction: bool,
 }
 
 impl EncodingArguments {
@@ -87,7 +93,17 @@ impl EncodingArguments {
                 .into());
         }
         let Some(format) = format else { return Ok(()) };
-        self.options(job, false).check(output)?;
+        self.uncorrected(job, false).check(output)?;
+        if self.lens_correction {
+            if format != ImageFormat::Dng {
+                let name = output.display();
+                return Err(format!(
+                    "--lens-correction: {name} is no DNG, which alone holds opcodes"
+                )
+                .into());
+            }
+            lens_correction(job)?;
+        }
         self.file.warn(output, format);
         if format == ImageFormat::Dng && job.frame.size().into_iter().any(|n| n < LEAST_RAW) {
             let name = output.display();
@@ -109,7 +125,19 @@ impl EncodingArguments {
     }
 
     /// Returns the options of the file of a picture.
-    pub fn options(&self, job: &Job, in_sweep: bool) -> EncodingOptions {
+    ///
+    /// # Errors
+    /// Returns an error if opcodes cannot correct the lens.
+    pub fn options(&self, job: &Job, in_sweep: bool) -> Result<EncodingOptions, Failure> {
+        let mut options = self.uncorrected(job, in_sweep);
+        if let (Some(raw), true) = (&mut options.raw, self.lens_correction) {
+            raw.correction = Some(lens_correction(job)?);
+        }
+        Ok(options)
+    }
+
+    /// Returns the options without a correction of the lens.
+    fn uncorrected(&self, job: &Job, in_sweep: bool) -> EncodingOptions {
         let scene = job.encoding(self.exposure_of(job, in_sweep));
         EncodingOptions {
             half: scene.half || self.file.half,
@@ -119,4 +147,33 @@ impl EncodingArguments {
             ..scene
         }
     }
+}
+
+/// Largest error of a correction: of places (pixels), and of the light.
+const MAX_ERROR: [f64; 2] = [0.5, 0.01];
+
+/// Returns the polynomials that correct the lens of a job, with lateral colour if its picture disperses light.
+fn lens_correction(job: &Job) -> Result<LensCorrection, Failure> {
+    let failed = |problem: &str| Failure::from(format!("--lens-correction: {problem}"));
+    let setup = CalibrationSetup::of_camera(&job.camera, job.frame.resolution)
+        .ok_or_else(|| failed("the camera has no lens file"))?;
+    let calibration = setup.calibrate_quickly().map_err(|error| failed(&error.to_string()))?;
+    let channels = match job.plan.has(Effect::Dispersion) {
+        true => setup.channel_fields().map_err(|error| failed(&error.to_string()))?,
+        false => None,
+    };
+    let found = calibration.raw_correction(channels.as_ref()).ok_or_else(|| {
+        failed(
+            "opcodes correct round lenses with a field for a rectilinear picture, and this is none",
+        )
+    })?;
+    let [pixels, light] = found.error;
+    if pixels > MAX_ERROR[0] || light > MAX_ERROR[1] {
+        say!(
+            "petzval: warning: --lens-correction: the polynomials of DNG are off by up to {pixels:.2} pixels and {:.1} % \
+             of the light",
+            100.0 * light
+        );
+    }
+    Ok(LensCorrection { warp: found.warp, gain: found.gain })
 }

@@ -223,8 +223,8 @@ pub(in crate::cli) struct PictureArguments {
     /// PIXEL/ROW/COLUMN), dark (electrons a second, or CURRENT@CELSIUS/KELVIN: at a temperature, and the
     /// rise that doubles it), temperature (degrees Celsius), time (seconds of dark current; the
     /// shutter's), dsnu (electrons; or PIXEL/ROW/COLUMN), prnu (%; or
-    /// PIXEL/ROW/COLUMN), hot (SHARE/CURRENT), pattern (seed of dsnu, prnu and hot; 0), bits (14),
-    /// black (a code; 1/32 of the range), bayer
+    /// PIXEL/ROW/COLUMN), hot (SHARE/CURRENT), pattern (seed of dsnu, prnu and hot; 0), crosstalk (% that
+    /// neighbours collect; or RED/GREEN/BLUE), bits (14), black (a code; 1/32 of the range), bayer
     #[arg(
         long,
         value_name = "iso=800,read=3,...",
@@ -235,6 +235,8 @@ pub(in crate::cli) struct PictureArguments {
     )]
     pub sensor: Option<Assignment>,
     /// Write the mosaic of a sensor with colour filters, one channel per pixel, in grey
+    ///
+    /// rggb, bggr, grbg or gbrg; quad-rggb and so on have filters of two by two pixels
     #[arg(
         long,
         value_name = "PATTERN",

@@ -26,7 +26,7 @@ pub(in crate::cli) struct LensCameraArguments {
     #[arg(
         long = "film-size",
         alias = "sensor",
-        value_name = "WxH",
+        value_name = "WxH|NAME",
         value_parser = sensor_size,
         allow_hyphen_values = true
     )]
@@ -88,15 +88,9 @@ impl LensCameraArguments {
         let pixels = PixelGrid::new(self.resolution, film[0]);
         self.stop.stop_down(&mut lens)?;
         let (focus, diagonal) = (self.focus, film[0].hypot(film[1]));
-        let refused = |error: petzval_lens::FocusError| named(error.to_string());
-        let model = FocusModel::Sharpest;
-        let (lens, film_distance) = match lens.focus_by_groups(focus, model, diagonal) {
-            Some(focused) => focused.map_err(refused)?,
-            None => {
-                let distance = model.film(&lens, focus, diagonal).map_err(refused)?;
-                (lens, distance)
-            }
-        };
+        let (lens, film_distance) = lens
+            .focused(focus, FocusModel::Sharpest, diagonal)
+            .map_err(|error| named(error.to_string()))?;
         let rim = lens.rear_reach();
         match film_distance > rim {
             true => Ok(FocusedLens { lens, film_distance, pixels }),

@@ -4,9 +4,11 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use petzval_base::io::{Outputs, ReadContext};
-use petzval_lens::{FocusModel, Prescription, PupilSampling, RealLens};
+use petzval_lens::{
+    FocusError, FocusModel, Paraxial, Prescription, PupilSampling, RealLens, TransverseAxis,
+};
 use petzval_render::aov::CircleOfConfusion;
-use petzval_render::prepare::settings;
+use petzval_render::prepare::settings::{self, number_with_unit};
 use serde_json::{Value, json};
 
 use crate::cli::arguments::lens_file::LensFileArguments;
@@ -22,14 +24,8 @@ pub(super) struct DepthOfFieldArguments {
     /// Size of the film or sensor, such as 36x24 (mm), or a name such as 35mm or nikon-d850
     #[arg(long, value_name = "WxH|NAME", value_parser = sensor_size, default_value = "35mm")]
     film_size: [f64; 2],
-    /// f-numbers
-    #[arg(
-        long,
-        value_name = "N,...",
-        value_delimiter = ',',
-        value_parser = typed(settings::f_number),
-        default_value = "2,2.8,4,5.6,8,11,16"
-    )]
+    /// f-numbers, by default whole stops from 1.4 to 22 to which the lens opens
+    #[arg(long, value_name = "N,...", value_delimiter = ',', value_parser = typed(settings::f_number))]
     fstop: Vec<f64>,
     /// Distances in focus from the film, such as 0.5,1,2 or 850mm,inf; numbers alone are in metres
     #[arg(
@@ -57,16 +53,38 @@ pub(super) struct DepthOfFieldArguments {
 
 /// Parses a diameter (um).
 fn blur(text: &str) -> Result<f64, String> {
-    let text = text.trim().trim_end_matches("um");
-    let diameter = text.trim().parse().ok().filter(|um: &f64| (0.01..=1e5).contains(um));
-    diameter.ok_or_else(|| "expected a diameter from 0.01 to 100000 um".to_owned())
+    let diameter = number_with_unit(text, &[("um", 1.0), ("mm", 1e3)], 1.0);
+    let known = diameter.filter(|um| (0.01..=1e5).contains(um));
+    known.ok_or_else(|| "expected a diameter from 0.01 to 100000 um".to_owned())
 }
+
+/// Whole stops.
+const STOPS: [f64; 9] = [1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.0, 16.0, 22.0];
 
 /// Limits about one distance in focus, from the film (mm).
 struct Limits {
     focus: f64,
-    /// The nearest and the farthest distance; `None` if the lens cannot focus there.
-    ends: Option<[f64; 2]>,
+    /// The nearest and the farthest distance, if the lens can focus there.
+    ends: Ends,
+}
+
+/// Ends of sharpness, from the film (mm).
+#[derive(Clone, Copy)]
+enum Ends {
+    Between([f64; 2]),
+    /// The lens cannot focus so near.
+    TooNear,
+    /// The circle of confusion is larger than the blur of any distance.
+    All,
+}
+
+impl Ends {
+    fn distances(self) -> Option<[f64; 2]> {
+        match self {
+            Self::Between(ends) => Some(ends),
+            Self::TooNear | Self::All => None,
+        }
+    }
 }
 
 /// Limits of one f-number.
@@ -84,14 +102,27 @@ pub(super) fn run(arguments: &DepthOfFieldArguments) -> Result<Outcome, Failure>
     let diagonal = arguments.film_size[0].hypot(arguments.film_size[1]);
     let circle =
         arguments.blur.map_or_else(|| CircleOfConfusion::sharp_diameter(diagonal), |um| 1e-3 * um);
-    let rows = arguments.fstop.iter().map(|&f_number| row(&lens, f_number, arguments, circle));
+    let in_plane = |plane| Paraxial::in_plane(&lens, plane).focal_length;
+    let [across, along] = [TransverseAxis::X, TransverseAxis::Y].map(in_plane);
+    if (across / along - 1.0).abs() > 1e-6 {
+        say!(
+            "petzval: warning: {}: this lens is anamorphic; the limits are those along x",
+            arguments.lens.display()
+        );
+    }
+    let mut f_numbers = arguments.fstop.clone();
+    if f_numbers.is_empty() {
+        let opens = |f_number: &f64| lens.f_number_diameter(*f_number).is_ok();
+        f_numbers = STOPS.into_iter().filter(opens).collect();
+    }
+    let rows = f_numbers.iter().map(|&f_number| row(&lens, f_number, arguments, circle));
     let rows = rows.collect::<Result<Vec<Row>, Failure>>()?;
     if let Some(csv) = &arguments.csv {
         write_text(&Outputs::beside(&context.files()), csv, "--csv", &table(&rows))?;
     }
     crate::cli::print(&match arguments.json {
         true => format!("{:#}\n", json_of(&rows, circle)),
-        false => text_of(&rows, circle),
+        false => text_of(&rows, arguments.film_size, circle),
     })
 }
 
@@ -108,29 +139,28 @@ fn row(
         .f_number_diameter(f_number)
         .map_err(|error| format!("--fstop {f_number}: {} {error}", lens.name))?;
     lens.stop_down(diameter);
-    let at = |focus: f64| -> Result<(CircleOfConfusion, f64), Failure> {
-        let model = FocusModel::Sharpest;
-        let focused = match lens.focus_by_groups(focus, model, diagonal) {
-            Some(focused) => focused,
-            None => model.film(&lens, focus, diagonal).map(|film| (lens.clone(), film)),
-        };
-        let (lens, film) =
-            focused.map_err(|error| format!("{}: {error}", arguments.lens.display()))?;
+    let at = |focus: f64| -> Result<(CircleOfConfusion, f64), FocusError> {
+        let (lens, film) = lens.focused(focus, FocusModel::Sharpest, diagonal)?;
         let position = lens.film_position(film);
         let lens = RealLens::new(lens, film, diagonal / 2.0, PupilSampling::Axis, 1.0, 0.0);
         Ok((CircleOfConfusion::of_lens(&lens), position))
     };
-    let (distant, film) = at(f64::INFINITY)?;
-    let limits = arguments.focus.iter().map(|&focus| {
-        // A lens that cannot focus so near has no limits there.
-        let ends = at(focus).ok().and_then(|(blur, film)| {
-            let ends = blur.depth_of_field(focus - film, circle)?;
-            Some(ends.map(|end| end + film))
-        });
-        Limits { focus, ends }
-    });
+    let named = |error: FocusError| format!("{}: {error}", arguments.lens.display());
+    let (distant, film) = at(f64::INFINITY).map_err(named)?;
+    let mut limits = Vec::new();
+    for &focus in &arguments.focus {
+        let ends = match at(focus) {
+            Ok((blur, film)) => match blur.depth_of_field(focus - film, circle) {
+                Some(ends) => Ends::Between(ends.map(|end| end + film)),
+                None => Ends::All,
+            },
+            Err(FocusError::TooNear { .. }) => Ends::TooNear,
+            Err(error) => return Err(named(error).into()),
+        };
+        limits.push(Limits { focus, ends });
+    }
     let hyperfocal = distant.hyperfocal(circle) + film;
-    Ok(Row { f_number, hyperfocal, limits: limits.collect() })
+    Ok(Row { f_number, hyperfocal, limits })
 }
 
 /// Returns a distance (mm) in metres.
@@ -145,6 +175,7 @@ fn table(rows: &[Row]) -> String {
     let mut text = "f-number,hyperfocal_m,focus_m,near_m,far_m\n".to_owned();
     for row in rows {
         for Limits { focus, ends } in &row.limits {
+            let ends = ends.distances();
             let ends = ends.map_or([String::new(), String::new()], |ends| ends.map(metres));
             let _ = writeln!(
                 text,
@@ -160,9 +191,10 @@ fn table(rows: &[Row]) -> String {
     text
 }
 
-fn text_of(rows: &[Row], circle: f64) -> String {
+fn text_of(rows: &[Row], [width, height]: [f64; 2], circle: f64) -> String {
     let mut text = format!(
-        "nearest and farthest sharp distance from the film (m), for circles of confusion of {:.1} um on the axis\n\n\
+        "nearest and farthest sharp distance from the film (m), for {width} x {height} mm and circles of confusion of \
+         {:.1} um on the axis\n\n\
          {:>8}  {:>10}",
         1e3 * circle,
         "f-number",
@@ -175,9 +207,13 @@ fn text_of(rows: &[Row], circle: f64) -> String {
     for row in rows {
         let _ = write!(text, "{:>8}  {:>10}", row.f_number, metres(row.hyperfocal));
         for Limits { ends, .. } in &row.limits {
-            let cell = match ends.map(|ends| ends.map(metres)) {
-                Some([near, far]) => format!("{near} {far:>8}"),
-                None => "too near".to_owned(),
+            let cell = match ends {
+                Ends::Between(ends) => {
+                    let [near, far] = ends.map(metres);
+                    format!("{near} {far:>8}")
+                }
+                Ends::TooNear => "too near".to_owned(),
+                Ends::All => "all".to_owned(),
             };
             let _ = write!(text, "  {cell:>16}");
         }
@@ -191,9 +227,9 @@ fn json_of(rows: &[Row], circle: f64) -> Value {
     let limits = |limits: &Limits| {
         json!({
             "focus_m": metres(limits.focus),
-            "near_m": limits.ends.map(|ends| metres(ends[0])),
-            "far_m": limits.ends.and_then(|ends| metres(ends[1])),
-            "focuses": limits.ends.is_some(),
+            "near_m": limits.ends.distances().map(|ends| metres(ends[0])),
+            "far_m": limits.ends.distances().and_then(|ends| metres(ends[1])),
+            "focuses": !matches!(limits.ends, Ends::TooNear),
         })
     };
     let row = |row: &Row| {

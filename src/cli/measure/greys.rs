@@ -36,7 +36,9 @@ pub(super) fn run(arguments: &GreysArguments) -> Result<Outcome, Failure> {
     let name = format!("--region {}", region_text(*region));
     let place = region_within(&name, *region, &picture, path)?;
     if let Some(flat) = flat {
-        divide(&mut picture, flat, &[(name.clone(), place)], &context)?;
+        // Only the falloff is divided out: values keep their distance from saturation.
+        let white = divide(&mut picture, flat, &[(name.clone(), place)], &context)? as f32;
+        picture.pixels.iter_mut().for_each(|pixel| *pixel = pixel.map(|value| value * white));
     }
     let greys = GreySteps::measure(&picture, place)
         .map_err(|error| format!("{name} of {}: {error}", path_excerpt(path)))?;

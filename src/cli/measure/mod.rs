@@ -163,13 +163,14 @@ fn region_within(
     }
 }
 
-/// Divides a picture by that of a white chart, which must show white in these regions.
+/// Divides a picture by that of a white chart, which must show white in these regions. Returns the mean luminance of
+/// white there.
 fn divide(
     picture: &mut Picture,
     flat: &Path,
     regions: &[(String, [[usize; 2]; 2])],
     context: &ReadContext,
-) -> Result<(), Failure> {
+) -> Result<f64, Failure> {
     let white = Picture::read_with(flat, Transfer::Srgb, context)?;
     let file = path_excerpt(flat);
     let ([width, height], expected) = (white.size, picture.size);
@@ -180,6 +181,7 @@ fn divide(
         )
         .into());
     }
+    let (mut light, mut count) = (0.0, 0.0);
     for (_, [low, high]) in regions {
         for (y, x) in (low[1]..high[1]).flat_map(|y| (low[0]..high[0]).map(move |x| (y, x))) {
             let pixel = white.pixels[y * width + x];
@@ -190,12 +192,14 @@ fn divide(
                 )
                 .into());
             }
+            light += luminance(pixel.map(f64::from));
+            count += 1.0;
         }
     }
     for (pixel, white) in picture.pixels.iter_mut().zip(&white.pixels) {
         *pixel = [0, 1, 2].map(|c| pixel[c] / white[c]);
     }
-    Ok(())
+    Ok(light / count)
 }
 
 /// Returns the responses: a row for each frequency, a column for each edge.

@@ -1,4 +1,4 @@
-//! Where the results of a measurement go.
+//! Output options of a measurement.
 
 use std::path::PathBuf;
 

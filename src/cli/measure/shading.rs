@@ -38,8 +38,9 @@ pub(super) fn run(arguments: &ShadingArguments) -> Result<Outcome, Failure> {
 
 fn table(shading: &Shading) -> String {
     let mut text = "x,y,field,light,red_over_green,blue_over_green\n".to_owned();
-    for ShadingZone { middle: [x, y], field, light, colour: [red, blue] } in &shading.zones {
-        let _ = writeln!(text, "{x:.1},{y:.1},{field:.4},{light:.5},{red:.5},{blue:.5}");
+    for ShadingZone { middle: [x, y], field, light, colour } in &shading.zones {
+        let colour = colour.map_or(",".to_owned(), |[red, blue]| format!("{red:.5},{blue:.5}"));
+        let _ = writeln!(text, "{x:.1},{y:.1},{field:.4},{light:.5},{colour}");
     }
     text
 }
@@ -67,18 +68,21 @@ fn text_of(shading: &Shading) -> String {
         if zones.is_empty() {
             continue;
         }
-        let mean = |of: fn(&ShadingZone) -> f64| {
-            zones.iter().map(|zone| of(zone)).sum::<f64>() / zones.len() as f64
+        let mean = |values: Vec<f64>| values.iter().sum::<f64>() / values.len() as f64;
+        let light = mean(zones.iter().map(|zone| zone.light).collect());
+        let colours: Vec<[f64; 2]> = zones.iter().filter_map(|zone| zone.colour).collect();
+        let ratio = |i: usize| match colours.is_empty() {
+            true => "dark".to_owned(),
+            false => format!("{:.4}", mean(colours.iter().map(|colour| colour[i]).collect())),
         };
-        let light = mean(|zone| zone.light);
         let _ = writeln!(
             text,
-            "{low:.1} to {high:.1}  {:>7}  {:>9.2}  {:>+6.3}  {:>9.4}  {:>10.4}",
+            "{low:.1} to {high:.1}  {:>7}  {:>9.2}  {:>+6.3}  {:>9}  {:>10}",
             zones.len(),
             100.0 * light,
             light.log2(),
-            mean(|zone| zone.colour[0]),
-            mean(|zone| zone.colour[1]),
+            ratio(0),
+            ratio(1),
         );
     }
     text

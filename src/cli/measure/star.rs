@@ -94,8 +94,7 @@ fn text_of(star: &StarResponse) -> String {
         .filter(|(i, _)| (last - i).is_multiple_of(5))
         .map(|(_, ring)| ring)
     {
-        let least = ring.segments.into_iter().fold(f64::INFINITY, f64::min);
-        let most = ring.segments.into_iter().fold(0.0, f64::max);
+        let [least, most] = ring.range();
         let _ =
             writeln!(text, "{:<12.2}{:>8.4}{least:>8.4}{most:>8.4}", ring.frequency, ring.mean());
     }

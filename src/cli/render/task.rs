@@ -180,7 +180,7 @@ impl<'a> RenderTask<'a> {
             true => files.partial,
             false => files.output,
         };
-        let encoding = arguments.encoding.options(&job, item.is_some());
+        let encoding = arguments.encoding.options(&job, item.is_some())?;
         let (output, argv, label) = (&output, &argv, item.map(|item| item.label));
         let alone = label.is_none();
         let picture = PictureOutput {

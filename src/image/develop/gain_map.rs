@@ -3,6 +3,9 @@
 
 use rayon::prelude::*;
 
+use super::lens_opcodes::{RadialGain, Warp};
+use crate::lens_correction::{FIX_VIGNETTE_RADIAL, WARP_RECTILINEAR};
+
 /// Names of opcodes, from identifier 1 on.
 const NAMES: [&str; 14] = [
     "WarpRectilinear",
@@ -48,6 +51,9 @@ pub(crate) struct GainMap {
 pub(crate) struct Opcodes {
     /// Gain maps, in the order of their application.
     pub gain_maps: Vec<GainMap>,
+    /// Gains by the radius, and then warps, of pictures with all channels.
+    pub radial_gains: Vec<RadialGain>,
+    pub warps: Vec<Warp>,
     /// Identifiers of those that are left out.
     pub left_out: Vec<u32>,
 }
@@ -93,6 +99,14 @@ impl Opcodes {
             match id {
                 Self::GAIN_MAP => match GainMap::parse(parameters)? {
                     Some(map) => opcodes.gain_maps.push(map),
+                    None => opcodes.left_out.push(id),
+                },
+                FIX_VIGNETTE_RADIAL => match RadialGain::parse(parameters) {
+                    Some(gain) => opcodes.radial_gains.push(gain),
+                    None => opcodes.left_out.push(id),
+                },
+                WARP_RECTILINEAR => match Warp::parse(parameters) {
+                    Some(warp) => opcodes.warps.push(warp),
                     None => opcodes.left_out.push(id),
                 },
                 _ => opcodes.left_out.push(id),

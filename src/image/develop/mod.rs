@@ -6,6 +6,7 @@
 mod colours;
 mod demosaic;
 mod gain_map;
+mod lens_opcodes;
 
 use std::path::Path;
 
@@ -136,6 +137,7 @@ impl RawFile {
                 let (matrix, light) = colours.to_srgb(neutral)?;
                 let matrix = (matrix * f64::from(gain)).as_mat3();
                 let mut pixels = demosaic(size, &readings, filters);
+                self.correct_lens(&mut pixels);
                 pixels.par_iter_mut().for_each(|pixel| {
                     *pixel = (matrix * Vec3::from_array(*pixel)).to_array();
                 });
@@ -160,6 +162,16 @@ impl RawFile {
             ((f64::from(code) - self.black[place]) * scales[place]) as f32
         });
         readings
+    }
+
+    /// Corrects the falloff and the distortion of the lens in a picture with all channels.
+    fn correct_lens(&self, pixels: &mut Vec<[f32; 3]>) {
+        for gain in &self.opcodes.radial_gains {
+            gain.apply(self.codes.size, pixels);
+        }
+        for warp in &self.opcodes.warps {
+            *pixels = warp.apply(self.codes.size, pixels);
+        }
     }
 
     /// Multiplies readings by the gain maps of the file.

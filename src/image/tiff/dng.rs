@@ -15,7 +15,7 @@ use super::tags::{COLOR_FILTER_ARRAY, D65, TUNGSTEN};
 use super::{Directory, ascii, io_error, rational, text_of};
 use crate::display::dimensions;
 use crate::raw::RawFormat;
-use crate::{Note, Notes, Picture, find_note, find_number};
+use crate::{Note, Notes, Picture, PictureWindow, find_note, find_number};
 
 /// `SensitivityType` of Exif: the speed is an ISO speed.
 const ISO_SPEED: u16 = 3;
@@ -43,6 +43,7 @@ mod tags {
     pub const BASELINE_EXPOSURE: Tag = Tag::Unknown(known::BASELINE_EXPOSURE);
     pub const CALIBRATION_ILLUMINANT: [Tag; 2] = both(known::CALIBRATION_ILLUMINANT);
     pub const NOISE_PROFILE: Tag = Tag::Unknown(51041);
+    pub const OPCODE_LIST_3: Tag = Tag::Unknown(known::OPCODE_LISTS[2]);
     pub const EXPOSURE_TIME: Tag = Tag::Unknown(33434);
     pub const F_NUMBER: Tag = Tag::Unknown(33437);
     pub const ISO_SPEED_RATINGS: Tag = Tag::Unknown(34855);
@@ -53,21 +54,21 @@ mod tags {
     pub const LENS_MODEL: Tag = Tag::Unknown(42036);
 }
 
-/// Writes a mosaic whose first pixel is at `origin` of its frame.
+/// Writes a mosaic, a part of its frame.
 pub(crate) fn write_dng(
     picture: &Picture,
     raw: &RawFormat,
-    origin: [u32; 2],
+    window: PictureWindow,
     notes: &Notes,
     file: impl Write + Seek,
 ) -> io::Result<()> {
-    write(picture, raw, origin, notes, file).map_err(io_error)
+    write(picture, raw, window, notes, file).map_err(io_error)
 }
 
 fn write(
     picture: &Picture,
     raw: &RawFormat,
-    origin: [u32; 2],
+    window: PictureWindow,
     notes: &Notes,
     file: impl Write + Seek,
 ) -> TiffResult<()> {
@@ -99,7 +100,7 @@ fn write(
     to.write_tag(Tag::Software, concat!("petzval ", env!("CARGO_PKG_VERSION")))?;
     to.write_tag(Tag::ExifDirectory, exif.offset)?;
     to.write_tag(tags::CFA_REPEAT_PATTERN_DIM, &[2u16, 2][..])?;
-    to.write_tag(tags::CFA_PATTERN, &raw.filters_from(origin)[..])?;
+    to.write_tag(tags::CFA_PATTERN, &raw.filters_from(window.origin)[..])?;
     to.write_tag(tags::DNG_VERSION, &[1u8, 4, 0, 0][..])?;
     to.write_tag(tags::DNG_BACKWARD_VERSION, &[1u8, 1, 0, 0][..])?;
     to.write_tag(tags::UNIQUE_CAMERA_MODEL, &*format!("petzval {camera}"))?;
@@ -112,6 +113,10 @@ fn write(
     // One pair for all channels: they have the same gain.
     let [signal, dark] = raw.noise;
     to.write_tag(tags::NOISE_PROFILE, &[signal * span, dark * span * span][..])?;
+    let correction = raw.correction.and_then(|lens| lens.opcodes(picture.size, window));
+    if let Some(opcodes) = correction {
+        to.write_tag(tags::OPCODE_LIST_3, Undefined(&opcodes))?;
+    }
     to.finish()
 }
 
@@ -209,6 +214,8 @@ mod tests {
         let raw = RawFormat {
             camera: RawCamera::Own,
             filters: [0, 1, 1, 2],
+            filter_side: 1,
+            correction: None,
             black: 100,
             white: 1123,
             saturation: 612,
@@ -227,7 +234,8 @@ mod tests {
             ("isoSpeed", Note::Number(102_400.0)),
         ];
         let mut file = Cursor::new(Vec::new());
-        write_dng(&picture, &raw, [7, 2], &notes, &mut file).unwrap();
+        let window = PictureWindow { origin: [7, 2], frame: [100, 80] };
+        write_dng(&picture, &raw, window, &notes, &mut file).unwrap();
         let mut bytes = file.into_inner();
         // The decoder knows no mosaics: their entry becomes that of a grey picture.
         let entry = |interpretation: u16| {

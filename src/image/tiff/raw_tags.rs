@@ -4,6 +4,7 @@ use super::mosaic::RawDirectory;
 use super::raw_colours::read_colours;
 use super::tags;
 use crate::develop::{Opcodes, RawFile};
+use crate::lens_correction::{FIX_VIGNETTE_RADIAL, WARP_RECTILINEAR};
 
 /// Largest correction of the exposure that is accepted (stops).
 const MAX_EXPOSURE: f64 = 32.0;
@@ -75,11 +76,17 @@ pub(crate) fn read_raw(bytes: &[u8]) -> Result<RawFile, String> {
         let Some(list) = file.blob(raw.directory, tag)? else { continue };
         let found =
             Opcodes::parse(list).map_err(|found| format!("its {} {found}", tags::name(tag)))?;
-        // Other lists apply to codes or to colours.
+        // The second list applies to readings, the third to all channels.
         if tag == tags::OPCODE_LISTS[1] {
             opcodes.gain_maps = found.gain_maps;
         } else {
             opcodes.left_out.extend(found.gain_maps.iter().map(|_| Opcodes::GAIN_MAP));
+        }
+        if tag == tags::OPCODE_LISTS[2] {
+            (opcodes.radial_gains, opcodes.warps) = (found.radial_gains, found.warps);
+        } else {
+            let gains = found.radial_gains.iter().map(|_| FIX_VIGNETTE_RADIAL);
+            opcodes.left_out.extend(gains.chain(found.warps.iter().map(|_| WARP_RECTILINEAR)));
         }
         opcodes.left_out.extend(found.left_out);
     }

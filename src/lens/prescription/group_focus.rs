@@ -33,6 +33,23 @@ impl Prescription {
         Some(self.focus_along(chain, focus, model, diagonal))
     }
 
+    /// Focuses at a distance from the film (mm): by the groups that the file moves, otherwise by the film. Returns the lens
+    /// and the distance of its film.
+    ///
+    /// # Errors
+    /// As [`Self::focus_by_groups`].
+    pub fn focused(
+        &self,
+        focus: f64,
+        model: FocusModel,
+        diagonal: f64,
+    ) -> Result<(Self, f64), FocusError> {
+        match self.focus_by_groups(focus, model, diagonal) {
+            Some(focused) => focused,
+            None => model.film(self, focus, diagonal).map(|film| (self.clone(), film)),
+        }
+    }
+
     fn focus_along(
         &self,
         chain: &[&Configuration],

@@ -20,6 +20,7 @@ pub(crate) mod model;
 pub(crate) mod pixel_grid;
 pub(crate) mod projection_centre;
 pub(crate) mod radial;
+pub(crate) mod raw_correction;
 pub(crate) mod ray_field;
 pub(crate) mod spot;
 pub(crate) mod suitability;

@@ -196,20 +196,20 @@ impl Calibration {
         Some(Falloff { terms: [fit[0], fit[1], fit[2]], error })
     }
 
-    fn is_concentric(&self) -> bool {
+    pub(super) fn is_concentric(&self) -> bool {
         let axis = self.pixels.centre();
         let centred = |fit: &super::FittedModel| fit.matrix.centre == axis;
         self.round && self.suggested().is_some_and(centred)
     }
 
     /// Returns radii from the axis to the corner of the film (mm).
-    fn radii(&self) -> impl Iterator<Item = f64> + use<> {
+    pub(super) fn radii(&self) -> impl Iterator<Item = f64> + use<> {
         let corner = self.pixels.half_diagonal();
         (0..=RADII).map(move |i| corner * i as f64 / RADII as f64)
     }
 
     /// Returns the point of the picture to the right of the middle by a radius (mm).
-    fn across(&self, r: f64) -> [f64; 2] {
+    pub(super) fn across(&self, r: f64) -> [f64; 2] {
         self.pixels.pixel([-r, 0.0])
     }
 
@@ -219,7 +219,7 @@ impl Calibration {
     }
 
     /// Returns half the shorter side of the film (mm).
-    fn half_shorter_side(&self) -> f64 {
+    pub(super) fn half_shorter_side(&self) -> f64 {
         let [width, height] = self.pixels.film_size();
         width.min(height) / 2.0
     }

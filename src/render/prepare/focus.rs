@@ -77,16 +77,9 @@ impl FilmPlacer<'_> {
         let Self { prescription, diagonal, .. } = *self;
         let (focus, model) = (metres * 1e3, self.changes.focus_model);
         let refused = |error: FocusError| self.error(error.to_string());
-        match prescription.focus_by_groups(focus, model, diagonal) {
-            Some(focused) => {
-                let (moved, film_distance) = focused.map_err(refused)?;
-                self.lens_at(&moved, film_distance)
-            }
-            None => {
-                let film_distance = model.film(prescription, focus, diagonal).map_err(refused)?;
-                self.lens_at(prescription, film_distance)
-            }
-        }
+        let (moved, film_distance) =
+            prescription.focused(focus, model, diagonal).map_err(refused)?;
+        self.lens_at(&moved, film_distance)
     }
 
     fn lens_at(

@@ -23,12 +23,14 @@
 //! Channels are those of the film's measured camera ([`ColourFilters`]), whose matrix then makes the picture
 //! of them: so noise of one channel is in all colours. Without such a camera, channels are linear sRGB, with no
 //! colour matrix and no white balance between photosites and picture. All have the same full well. Without a
-//! mosaic, every pixel has a photosite for each channel.
+//! mosaic, every pixel has a photosite for each channel. Neighbours of a photosite collect a share of its charge
+//! ([`Crosstalk`]).
 //!
 //! Noise is a function of pixel, channel and seed; fixed patterns are one of pixel, channel and their own
 //! seed, and thus the same in all pictures.
 
 mod bayer;
+mod crosstalk;
 mod deviations;
 mod exposure;
 mod filters;
@@ -38,10 +40,12 @@ mod poisson;
 mod raw_format;
 mod readout;
 mod sensor_file;
+mod setting_values;
 mod settings;
 mod settings_text;
 
 pub use bayer::Bayer;
+pub use crosstalk::Crosstalk;
 pub use deviations::Components;
 pub use exposure::ev100;
 pub use filters::ColourFilters;
@@ -72,6 +76,8 @@ pub struct Sensor {
     pub seconds: f64,
     /// Non-uniformity of response and dark signal, and hot pixels.
     pub fixed_pattern: FixedPattern,
+    /// Shares of the charge that neighbours collect.
+    pub crosstalk: Crosstalk,
     /// Bit depth of a code, 1 to 16.
     pub bits: u32,
     /// The code of no light, less than the last code.
@@ -113,6 +119,7 @@ impl Sensor {
     /// developed it or a code is below black.
     pub fn read_out(&self, picture: Picture, origin: [u32; 2], seed: u32) -> Picture {
         let readout = Readout::new(self, origin, picture.size, seed);
+        let picture = self.behind_filters(picture, origin);
         self.read_codes(picture, origin, |_, light, pixel, channel| {
             readout.code(light[channel], pixel, channel as u32)
         })
@@ -129,11 +136,12 @@ impl Sensor {
         seed: u32,
     ) -> (Picture, [Picture; 2]) {
         let size = left.size;
+        let [left, right] = [left, right].map(|half| self.behind_filters(half, origin));
         let readout = Readout::new(self, origin, size, seed);
         let [of_left, of_right] = [Photodiode::Left, Photodiode::Right]
             .map(|half| Readout::of_photodiode(half, self, origin, size, seed));
         let whole = self.read_codes(left.clone(), origin, |i, light, pixel, channel| {
-            let (others, number) = (self.raw(right.pixels[i]), channel as u32);
+            let (others, number) = (right.pixels[i], channel as u32);
             let electrons = of_left.electrons(light[channel], pixel, number)
                 + of_right.electrons(others[channel], pixel, number);
             readout.code_of(electrons, pixel, number)
@@ -146,13 +154,28 @@ impl Sensor {
         (whole, [read_half(left, &of_left), read_half(right, &of_right)])
     }
 
-    /// Returns the light behind the colour filters.
-    fn raw(&self, pixel: [f32; 3]) -> [f32; 3] {
-        self.filters.map_or(pixel, |filters| filters.raw(pixel))
+    /// Returns the light of the photosites: behind the colour filters, and with the crosstalk of their neighbours.
+    fn behind_filters(&self, mut picture: Picture, origin: [u32; 2]) -> Picture {
+        if let Some(filters) = &self.filters {
+            picture.pixels.par_iter_mut().for_each(|pixel| *pixel = filters.raw(*pixel));
+        }
+        if self.crosstalk.is_none() {
+            return picture;
+        }
+        let filter = self.bayer.map(|bayer| {
+            move |at: [usize; 2]| bayer.channel([0, 1].map(|i| origin[i] + at[i] as u32))
+        });
+        self.crosstalk.spread(&picture, filter)
     }
 
-    /// Returns the picture of the codes of the photosites. `code` gets the index of a pixel, its light behind
-    /// the colour filters, its position in the frame, and a channel.
+    /// Returns what photosites of a mosaic collect of an even surface, of whose light this is behind their filters.
+    fn in_mosaic(&self, bayer: Bayer, light: [f64; 3]) -> [f64; 3] {
+        let rows = self.crosstalk.of_mosaic(bayer);
+        rows.map(|row| (0..3).map(|c| row[c] * light[c]).sum())
+    }
+
+    /// Returns the picture of the codes of the photosites. `code` gets the index of a pixel, the light of its photosites,
+    /// its position in the frame, and a channel.
     fn read_codes(
         &self,
         mut picture: Picture,
@@ -164,7 +187,7 @@ impl Sensor {
             let y = origin[1] + row as u32;
             for (column, pixel) in pixels.iter_mut().enumerate() {
                 let (i, x) = (row * width + column, origin[0] + column as u32);
-                let light = self.raw(*pixel);
+                let light = *pixel;
                 let read = |channel: usize| self.value(code(i, light, [x, y], channel));
                 *pixel = match (self.bayer, self.filters) {
                     (Some(bayer), _) => [read(bayer.channel([x, y])); 3],
@@ -189,7 +212,11 @@ impl Sensor {
     pub fn relative_noise(&self, value: f64) -> f64 {
         let relative = |noise: ReadingNoise| percentage(noise.variance().sqrt(), noise.electrons);
         let Some(filters) = &self.filters else { return relative(self.reading_noise(value)) };
-        let readings = filters.white().map(|share| self.reading_noise(value * share));
+        let white = match self.bayer {
+            Some(bayer) => self.in_mosaic(bayer, filters.white()),
+            None => filters.white(),
+        };
+        let readings = white.map(|share| self.reading_noise(value * share));
         let noise = match self.bayer {
             Some(_) => readings.map(relative),
             None => {

@@ -140,7 +140,7 @@ bayer = \"gbrg\"
             ),
             (
                 "bayer = \"rgb\"",
-                "camera.toml:1:9: bayer: expected rggb, bggr, grbg or gbrg, found \"rgb\"",
+                "camera.toml:1:9: bayer: expected rggb, bggr, grbg or gbrg, or quad- before them, found \"rgb\"",
             ),
             ("bits = 8\nblack = 300", "camera.toml:2:9: black=300: expected less than 255"),
             (

@@ -1,7 +1,8 @@
 //! Settings of a sensor, and the sensor of a film that they give.
 
-use super::settings_text::{SPEEDS, WELLS};
-use super::{BASE_ISO, Bayer, Components, FixedPattern, Sensor};
+use super::setting_values::WELLS;
+use super::settings_text::SPEEDS;
+use super::{BASE_ISO, Bayer, Components, Crosstalk, FixedPattern, Sensor};
 
 /// Electrons that a full well holds, per um^2 of the pixel.
 ///
@@ -50,6 +51,8 @@ pub struct SensorSettings {
     pub time: Option<f64>,
     /// Fixed patterns.
     pub pattern: FixedPattern,
+    /// Shares of the charge that neighbours collect.
+    pub crosstalk: Crosstalk,
     /// Bit depth of a code.
     pub bits: u32,
     /// The code of no light; by default a thirty-second of all codes.
@@ -71,6 +74,7 @@ impl Default for SensorSettings {
             temperature: None,
             time: None,
             pattern: FixedPattern::default(),
+            crosstalk: Crosstalk::default(),
             bits: 14,
             black: None,
             bayer: None,
@@ -98,6 +102,7 @@ impl SensorSettings {
             dark_current: self.dark.current * warming,
             seconds: self.time.unwrap_or(seconds),
             fixed_pattern,
+            crosstalk: self.crosstalk,
             bits: self.bits,
             black_level,
             bayer: self.bayer,
@@ -120,6 +125,7 @@ mod tests {
             dark_current: 0.0,
             seconds: 0.02,
             fixed_pattern: FixedPattern::default(),
+            crosstalk: Crosstalk::default(),
             bits: 14,
             black_level: 512,
             bayer: None,

@@ -4,12 +4,11 @@ use std::fmt;
 use std::path::Path;
 use std::str::FromStr;
 
-use super::{
-    Bayer, Components, DarkCurrent, FixedPattern, HotPixels, Sensor, SensorSettings, sensor_file,
+use super::setting_values::{
+    TEMPERATURES, WELLS, parse_components, parse_crosstalk, parse_dark_current, parse_hot_pixels,
+    parse_integer, parse_number,
 };
-
-/// Range of the full well (electrons). Beyond it, shot noise is less than a millionth.
-pub(super) const WELLS: [f64; 2] = [1.0, 1e12];
+use super::{Bayer, Components, FixedPattern, Sensor, SensorSettings, sensor_file};
 
 /// Range of the ISO speed.
 pub(super) const SPEEDS: [f64; 2] = [1.0, 1e7];
@@ -21,11 +20,8 @@ const MAX_SECONDS: f64 = 1e9;
 /// mean.
 const MAX_PRNU: f64 = 30.0;
 
-/// Temperatures of sensors (degrees Celsius).
-const TEMPERATURES: [f64; 2] = [-273.15, 500.0];
-
 /// Names of the settings.
-pub(super) const NAMES: [&str; 15] = [
+pub(super) const NAMES: [&str; 16] = [
     "iso",
     "gain",
     "pixel",
@@ -38,79 +34,11 @@ pub(super) const NAMES: [&str; 15] = [
     "prnu",
     "hot",
     "pattern",
+    "crosstalk",
     "bits",
     "black",
     "bayer",
 ];
-
-/// Parses a number within bounds.
-fn parse_number(name: &str, text: &str, unit: &str, [low, high]: [f64; 2]) -> Result<f64, String> {
-    let number = text.parse().ok().filter(|number| (low..=high).contains(number));
-    number.ok_or_else(|| format!("{name}: expected {unit} from {low} to {high}, found {text:?}"))
-}
-
-/// Parses one number for photosites, or three between slashes: for photosites, rows and columns.
-fn parse_components(name: &str, text: &str, unit: &str, most: f64) -> Result<Components, String> {
-    let wrong = || {
-        format!(
-            "{name}: expected {unit} from 0 to {most}, or three such numbers PIXEL/ROW/COLUMN, found \
-             {text:?}"
-        )
-    };
-    let parse =
-        |word: &str| parse_number(name, word.trim(), unit, [0.0, most]).map_err(|_| wrong());
-    match text.split('/').collect::<Vec<_>>()[..] {
-        [pixel] => Ok(Components { pixel: parse(pixel)?, ..Components::default() }),
-        [pixel, row, column] => {
-            Ok(Components { pixel: parse(pixel)?, row: parse(row)?, column: parse(column)? })
-        }
-        _ => Err(wrong()),
-    }
-}
-
-/// Parses `SHARE/CURRENT`.
-fn parse_hot_pixels(text: &str) -> Result<HotPixels, String> {
-    let wrong = || {
-        format!(
-            "hot: expected SHARE/CURRENT, a share from 0 to 1 and electrons a second from 0 to {}, found \
-             {text:?}",
-            WELLS[1]
-        )
-    };
-    let (share, current) = text.split_once('/').ok_or_else(wrong)?;
-    let parse =
-        |text: &str, most| parse_number("", text.trim(), "", [0.0, most]).map_err(|_| wrong());
-    Ok(HotPixels { share: parse(share, 1.0)?, dark_current: parse(current, WELLS[1])? })
-}
-
-fn parse_integer(name: &str, text: &str, unit: &str, [low, high]: [u32; 2]) -> Result<u32, String> {
-    let number = text.parse().ok().filter(|number| (low..=high).contains(number));
-    number.ok_or_else(|| format!("{name}: expected {unit} from {low} to {high}, found {text:?}"))
-}
-
-/// Parses `CURRENT`, or `CURRENT@CELSIUS/KELVIN`.
-fn parse_dark_current(text: &str) -> Result<DarkCurrent, String> {
-    let wrong = || {
-        format!(
-            "dark: expected electrons/s from 0 to {}, or CURRENT@CELSIUS/KELVIN with the temperature of that \
-             current and the rise that doubles it, found {text:?}",
-            WELLS[1]
-        )
-    };
-    let parse = |text: &str, [low, high]: [f64; 2]| {
-        parse_number("", text.trim(), "", [low, high]).map_err(|_| wrong())
-    };
-    let (current, reference) = text.split_once('@').unzip();
-    let current = parse(current.unwrap_or(text), [0.0, WELLS[1]])?;
-    let reference = match reference {
-        None => None,
-        Some(reference) => {
-            let (at, doubling) = reference.split_once('/').ok_or_else(wrong)?;
-            Some([parse(at, TEMPERATURES)?, parse(doubling, [0.1, 1000.0])?])
-        }
-    };
-    Ok(DarkCurrent { current, reference })
-}
 
 /// Returns the words of settings.
 fn words(text: &str) -> impl Iterator<Item = &str> {
@@ -192,6 +120,7 @@ impl SensorSettings {
             }
             "hot" => self.pattern.hot = parse_hot_pixels(value)?,
             "pattern" => self.pattern.seed = parse_integer(name, value, "a seed", [0, u32::MAX])?,
+            "crosstalk" => self.crosstalk = parse_crosstalk(value)?,
             "bits" => self.bits = parse_integer(name, value, "bits", [1, 16])?,
             "black" => self.black = Some(parse_integer(name, value, "a code", [0, 65534])?),
             "bayer" if value.is_empty() => self.bayer = Some(Bayer::default()),
@@ -266,6 +195,8 @@ impl fmt::Display for Sensor {
             iso, full_well: well, read_noise: read, bits, black_level: black, bayer, ..
         } = self;
         write!(to, "iso={iso},well={well:.0},read={read},bits={bits},black={black}")?;
+        // Shares times 100 are not quite the decimals that were read.
+        let percent = |share: f64| (share * 1e8).round() / 1e6;
         let none = Components::default();
         let FixedPattern { seed, dark_signal, response, hot } = &self.fixed_pattern;
         if self.dark_current > 0.0 {
@@ -278,8 +209,6 @@ impl fmt::Display for Sensor {
             write!(to, ",dsnu={dark_signal}")?;
         }
         if *response != none {
-            // Shares times 100 are not quite the decimals that were read.
-            let percent = |share: f64| (share * 1e8).round() / 1e6;
             let Components { pixel, row, column } = *response;
             let [pixel, row, column] = [pixel, row, column].map(percent);
             write!(to, ",prnu={}", Components { pixel, row, column })?;
@@ -289,6 +218,13 @@ impl fmt::Display for Sensor {
         }
         if *seed != 0 {
             write!(to, ",pattern={seed}")?;
+        }
+        if !self.crosstalk.is_none() {
+            let [red, green, blue] = self.crosstalk.0.map(percent);
+            match red == green && green == blue {
+                true => write!(to, ",crosstalk={red}")?,
+                false => write!(to, ",crosstalk={red}/{green}/{blue}")?,
+            }
         }
         match bayer {
             Some(bayer) => write!(to, ",bayer={bayer}"),
@@ -308,6 +244,8 @@ mod tests {
             "iso=100,well=9000,read=1.5/0.25/0,bits=12,black=64,dark=12.5,time=0.5,dsnu=0.8,prnu=0.7/0.1/0.3",
             "iso=1000,well=9000,read=2,bits=12,black=64,dark=40,time=0.5",
             "iso=100,well=9000,read=0,bits=10,black=4,time=8,dsnu=1/0/2,hot=0.0001/500,pattern=77",
+            "iso=100,well=9000,read=0,bits=10,black=4,crosstalk=3.5,bayer=quad-rggb",
+            "iso=100,well=9000,read=0,bits=10,black=4,prnu=0.7,crosstalk=4/2.5/1",
         ] {
             let settings: SensorSettings = text.parse().unwrap();
             assert_eq!(settings.sensor(100.0, 1.0, 3.0).to_string(), text);
@@ -347,7 +285,7 @@ mod tests {
             (
                 "scene.pbrt",
                 "expected NAME=VALUE with iso, gain, pixel, well, read, dark, temperature, time, dsnu, prnu, hot, \
-                 pattern, bits, black or bayer, or a file NAME.toml before them, found \"scene.pbrt\"",
+                 pattern, crosstalk, bits, black or bayer, or a file NAME.toml before them, found \"scene.pbrt\"",
             ),
             ("iso=0", "iso: expected a speed from 1 to 10000000, found \"0\""),
             ("iso", "found \"\""),
@@ -382,7 +320,12 @@ mod tests {
             ("bits=2.5", "bits: expected bits from 1 to 16"),
             ("bits=8,black=255", "expected less than 255, the last of 8 bits"),
             ("black=5000,bits=12", "expected less than 4095"),
-            ("bayer=rgb", "bayer: expected rggb, bggr, grbg or gbrg, found \"rgb\""),
+            (
+                "bayer=rgb",
+                "bayer: expected rggb, bggr, grbg or gbrg, or quad- before them, found \"rgb\"",
+            ),
+            ("crosstalk=81", "crosstalk: expected % from 0 to 80"),
+            ("crosstalk=1/2", "or three such numbers RED/GREEN/BLUE, found \"1/2\""),
             ("iso=100,iso=200", "iso is given twice"),
         ] {
             let said = text.parse::<SensorSettings>().expect_err(text);

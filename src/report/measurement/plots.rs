@@ -60,12 +60,10 @@ impl MeasurementReport {
         let points = |of: &dyn Fn(&StarRing) -> f64| {
             star.rings.iter().map(|ring| [ring.frequency, of(ring)]).collect()
         };
-        let least = |ring: &StarRing| ring.segments.into_iter().fold(f64::INFINITY, f64::min);
-        let most = |ring: &StarRing| ring.segments.into_iter().fold(0.0, f64::max);
         let curves = vec![
             series("mean", 0, Style::Line, points(&StarRing::mean)),
-            series("segments: least", 1, Style::Dashed, points(&least)),
-            series("most", 1, Style::Dashed, points(&most)),
+            series("segments: least", 1, Style::Dashed, points(&|ring| ring.range()[0])),
+            series("most", 1, Style::Dashed, points(&|ring| ring.range()[1])),
         ];
         Self { title, plots: vec![responses(curves, 0.55)], text }
     }
@@ -169,15 +167,15 @@ impl MeasurementReport {
 
     /// Reports the shading of a white chart.
     pub fn of_shading(title: String, shading: &Shading, text: String) -> Self {
-        let points = |of: fn(&ShadingZone) -> f64| {
-            shading.zones.iter().map(|zone| [zone.field, of(zone)]).collect()
+        let points = |of: &dyn Fn(&ShadingZone) -> Option<f64>| {
+            shading.zones.iter().filter_map(|zone| Some([zone.field, of(zone)?])).collect()
         };
         let x = "field (1: corner of the picture)";
         let light = Plot {
             name: "light".into(),
             title: "Light".into(),
             axes: axes(x, "% of the middle"),
-            series: vec![series("", 0, Style::Marks, points(|zone| 100.0 * zone.light))],
+            series: vec![series("", 0, Style::Marks, points(&|zone| Some(100.0 * zone.light)))],
             ..Plot::default()
         };
         let colour = Plot {
@@ -185,8 +183,8 @@ impl MeasurementReport {
             title: "Colour".into(),
             axes: axes(x, "relative to the middle"),
             series: vec![
-                series("red/green", RED, Style::Marks, points(|zone| zone.colour[0])),
-                series("blue/green", BLUE, Style::Marks, points(|zone| zone.colour[1])),
+                series("red/green", RED, Style::Marks, points(&|zone| Some(zone.colour?[0]))),
+                series("blue/green", BLUE, Style::Marks, points(&|zone| Some(zone.colour?[1]))),
             ],
             ..Plot::default()
         };

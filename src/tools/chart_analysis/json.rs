@@ -134,8 +134,8 @@ impl Shading {
                 "middle": zone.middle,
                 "field": zone.field,
                 "light": zone.light,
-                "red_over_green": zone.colour[0],
-                "blue_over_green": zone.colour[1],
+                "red_over_green": zone.colour.map(|colour| colour[0]),
+                "blue_over_green": zone.colour.map(|colour| colour[1]),
             })
         };
         json!({

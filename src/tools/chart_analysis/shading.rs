@@ -21,11 +21,12 @@ pub enum ShadingError {
         /// Height (pixels).
         height: usize,
     },
-    /// The middle has no light, or a pixel is not finite.
-    #[error(
-        "the zone around pixel {x:.0},{y:.0} has no finite light in all channels; expected a picture of a white chart"
-    )]
-    Dark {
+    /// The middle has no light.
+    #[error("its middle has no light in all channels; expected a picture of a white chart")]
+    Dark,
+    /// A zone is not finite.
+    #[error("the zone around pixel {x:.0},{y:.0} is not finite")]
+    NotFinite {
         /// Column.
         x: f64,
         /// Row.
@@ -42,8 +43,8 @@ pub struct ShadingZone {
     pub field: f64,
     /// Luminance.
     pub light: f64,
-    /// Red over green, and blue over green.
-    pub colour: [f64; 2],
+    /// Red over green, and blue over green; `None` without light.
+    pub colour: Option<[f64; 2]>,
 }
 
 /// Shading of a picture of white.
@@ -59,7 +60,7 @@ impl Shading {
     /// Measures a picture of a white chart: the mean of each zone.
     ///
     /// # Errors
-    /// Returns an error if the picture is too small, or a zone has no light.
+    /// Returns an error if the picture is too small, its middle has no light, or a value is not finite.
     pub fn measure(picture: &Picture) -> Result<Self, ShadingError> {
         let [width, height] = picture.size;
         if width.min(height) < LEAST {
@@ -86,13 +87,16 @@ impl Shading {
                 }
             }
             let middle = [0, 1].map(|a| (low[a] + high[a]) as f64 / 2.0 - 0.5);
-            if !sums.iter().all(|&sum| sum > 0.0 && sum.is_finite()) {
-                return Err(ShadingError::Dark { x: middle[0], y: middle[1] });
+            if !sums.iter().all(|sum| sum.is_finite()) {
+                return Err(ShadingError::NotFinite { x: middle[0], y: middle[1] });
             }
             let pixels = ((high[0] - low[0]) * (high[1] - low[1])) as f64;
             means.push((middle, sums.map(|sum| sum / pixels)));
         }
         let (_, white) = means[count / 2];
+        if !white.iter().all(|&mean| mean > 0.0) {
+            return Err(ShadingError::Dark);
+        }
         let half = picture.size.map(|n| n as f64 / 2.0);
         let zones = means.into_iter().map(|(middle, mean)| {
             let [x, y] = [0, 1].map(|a| middle[a] + 0.5 - half[a]);
@@ -101,7 +105,7 @@ impl Shading {
                 middle,
                 field: x.hypot(y) / half[0].hypot(half[1]),
                 light: luminance(mean) / luminance(white),
-                colour: [red / green, blue / green],
+                colour: (green > 0.0).then(|| [red / green, blue / green]),
             }
         });
         Ok(Self { size, zones: zones.collect() })
@@ -121,7 +125,8 @@ impl Shading {
 
     /// Returns the largest distance of a ratio of colours from that of the middle.
     pub fn colour_shading(&self) -> f64 {
-        self.zones.iter().flat_map(|zone| zone.colour).map(|c| (c - 1.0).abs()).fold(0.0, f64::max)
+        let ratios = self.zones.iter().filter_map(|zone| zone.colour).flatten();
+        ratios.map(|ratio| (ratio - 1.0).abs()).fold(0.0, f64::max)
     }
 }
 
@@ -147,14 +152,13 @@ mod tests {
             assert!(found.size.iter().all(|n| n % 2 == 1) && found.size.contains(&15), "{size:?}");
             assert_eq!(found.zones.len(), found.size[0] * found.size[1]);
             let middle = found.zones[found.zones.len() / 2];
-            assert_eq!((middle.light, middle.colour), (1.0, [1.0; 2]));
+            assert_eq!((middle.light, middle.colour), (1.0, Some([1.0; 2])));
             for zone in &found.zones {
                 // The mean of the square over a zone is a little more than that of its middle.
                 let [r, g, b] = [0.5, 0.4, 0.2].map(|share| 1.0 - share * zone.field * zone.field);
                 assert!((zone.light / luminance([r, g, b]) - 1.0).abs() < 5e-3, "{zone:?}");
-                assert!(
-                    (zone.colour[0] - r / g).abs() < 5e-3 && (zone.colour[1] - b / g).abs() < 5e-3
-                );
+                let colour = zone.colour.unwrap();
+                assert!((colour[0] - r / g).abs() < 5e-3 && (colour[1] - b / g).abs() < 5e-3);
             }
             let corners = found.corners();
             assert!(
@@ -164,7 +168,7 @@ mod tests {
             let light: Vec<f64> = corners.iter().map(|zone| zone.light).collect();
             assert!(light.iter().all(|l| (l - light[0]).abs() < 2e-3), "{light:?}");
             assert!((found.uniformity() - light[0]).abs() < 2e-3);
-            assert!((found.colour_shading() - (corners[0].colour[1] - 1.0)).abs() < 2e-3);
+            assert!((found.colour_shading() - (corners[0].colour.unwrap()[1] - 1.0)).abs() < 2e-3);
         }
     }
 
@@ -174,9 +178,17 @@ mod tests {
         assert_eq!(small, Err(ShadingError::Small { width: 300, height: 29 }));
         let mut dark = picture([300, 200], [0.1; 3]);
         dark.pixels[5][1] = f32::INFINITY;
-        let dark = Shading::measure(&dark).unwrap_err();
-        assert!(dark.to_string().starts_with("the zone around pixel 10,"), "{dark}");
-        let black = Shading::measure(&picture([300, 200], [0.1, 3.0, 0.1]));
-        assert!(matches!(black, Err(ShadingError::Dark { .. })));
+        let spoiled = Shading::measure(&dark).unwrap_err();
+        assert!(spoiled.to_string().ends_with("is not finite"), "{spoiled}");
+        let black = Shading::measure(&Picture { size: [300, 200], pixels: vec![[0.0; 3]; 60_000] });
+        assert_eq!(black, Err(ShadingError::Dark));
+        // A corner beyond the image circle.
+        let mut round = picture([300, 200], [0.1; 3]);
+        for y in 0..20 {
+            round.pixels[y * 300..][..20].fill([0.0; 3]);
+        }
+        let found = Shading::measure(&round).unwrap();
+        assert_eq!((found.corners()[0].light, found.corners()[0].colour), (0.0, None));
+        assert!(found.uniformity() == 0.0 && found.colour_shading() < 1e-3);
     }
 }

@@ -13,6 +13,10 @@ const SEGMENTS: usize = 8;
 const LEAST: usize = 64;
 /// Share of the star's radius that its largest ring has, clear of its border.
 const OUTER: f64 = 0.97;
+/// Pixels of a ring from which its segments can be fitted.
+const LEAST_PIXELS: usize = 96;
+/// Least agreement of the phases of the segments: 1 if all are the same.
+const COHERENT: f64 = 0.9;
 /// Least modulation of a star, relative to that of the chart, in its largest ring.
 const FAINT: f64 = 0.05;
 
@@ -39,6 +43,24 @@ pub enum StarError {
     Faint {
         /// Modulation relative to that of the chart.
         found: f64,
+        /// Cycles around the star.
+        cycles: f64,
+    },
+    /// Segments have other phases: no centre makes them one star.
+    #[error(
+        "its segments are not those of one star of {cycles} cycles; expected the whole star, in the middle of the region, \
+         and its number of cycles"
+    )]
+    Incoherent {
+        /// Cycles around the star.
+        cycles: f64,
+    },
+    /// The region has no frequency below that of the pixels.
+    #[error(
+        "no frequency of a star of {cycles} cycles is below 0.5 cycles/pixel in this region; expected a larger star, or fewer \
+         cycles"
+    )]
+    Fine {
         /// Cycles around the star.
         cycles: f64,
     },
@@ -71,6 +93,12 @@ pub struct StarRing {
 }
 
 impl StarRing {
+    /// Returns the least and the largest response of a segment.
+    pub fn range(&self) -> [f64; 2] {
+        let ends = [f64::INFINITY, 0.0];
+        self.segments.into_iter().fold(ends, |[low, high], r| [low.min(r), high.max(r)])
+    }
+
     /// Returns the mean response.
     pub fn mean(&self) -> f64 {
         self.segments.iter().sum::<f64>() / SEGMENTS as f64
@@ -82,7 +110,8 @@ impl StarRing {
 pub struct StarResponse {
     /// Centre of the star (pixels, that of the first pixel at 0).
     pub centre: [f64; 2],
-    /// Rings at hundredths of a cycle a pixel, from that of the whole star to Nyquist.
+    /// Rings at hundredths of a cycle a pixel, from that of the whole star to Nyquist, or to the smallest that can be
+    /// fitted.
     pub rings: Vec<StarRing>,
 }
 
@@ -91,7 +120,7 @@ impl StarResponse {
     /// to it. `value` is the channel.
     ///
     /// In each ring and segment, a sinusoid is fitted to the pixels, whose amplitude is linear in the radius. Its amplitude
-    /// over their mean is the modulation. What noise adds to the square of the amplitude is subtracted.
+    /// over their mean is the modulation, without the noise of the squared amplitude.
     ///
     /// # Errors
     /// Returns an error if the region is too small or shows no star.
@@ -128,8 +157,18 @@ impl StarResponse {
         if largest.mean() < FAINT {
             return Err(StarError::Faint { found: largest.mean(), cycles: chart.cycles });
         }
+        if star.coherence(outer) < COHERENT {
+            return Err(StarError::Incoherent { cycles: chart.cycles });
+        }
         let first = (100.0 * largest.frequency).ceil() as u32;
-        let rings = (first..=50).map(|i| response(f64::from(i) / 100.0)).collect();
+        let is_wide = |frequency: &f64| {
+            star.pixels(star.centre, chart.cycles / (TAU * frequency)).len() >= LEAST_PIXELS
+        };
+        let frequencies = (first..=50).map(|i| f64::from(i) / 100.0);
+        let rings: Vec<StarRing> = frequencies.take_while(is_wide).map(response).collect();
+        if rings.is_empty() {
+            return Err(StarError::Fine { cycles: chart.cycles });
+        }
         Ok(Self { centre: [0, 1].map(|i| star.centre[i] + low[i] as f64), rings })
     }
 
@@ -184,20 +223,35 @@ impl Star {
     fn pixels(&self, centre: [f64; 2], radius: f64) -> Vec<RingPixel> {
         let half = (0.01 * radius).max(0.75);
         let height = self.values.len() / self.width;
-        let range = |centre: f64, n: usize| {
-            let end = |at: f64| at.clamp(0.0, n as f64) as usize;
-            end((centre - radius - half).ceil())..end(centre + radius + half + 1.0)
-        };
-        let columns = range(centre[0], self.width);
-        let places = range(centre[1], height).flat_map(|y| columns.clone().map(move |x| (x, y)));
-        places
-            .filter_map(|(x, y)| {
-                let [dx, dy] = [x as f64 - centre[0], y as f64 - centre[1]];
-                let (out, angle) = (dx.hypot(dy) - radius, dy.atan2(dx).rem_euclid(TAU));
-                let value = self.values[y * self.width + x];
-                (out.abs() <= half).then_some(RingPixel { angle, out, value })
-            })
-            .collect()
+        let clip = |at: f64, n: usize| at.clamp(0.0, n as f64) as usize;
+        let reach = radius + half;
+        let rows = clip((centre[1] - reach).ceil(), height)..clip(centre[1] + reach + 1.0, height);
+        let mut pixels = Vec::new();
+        for y in rows {
+            let dy = y as f64 - centre[1];
+            // A row crosses the ring on both sides of its hole.
+            let [outer, hole] = [reach, radius - half].map(|r| (r * r - dy * dy).max(0.0).sqrt());
+            let last_left = clip((centre[0] - hole + 1.0).floor(), self.width);
+            let first_right = clip((centre[0] + hole).floor(), self.width).max(last_left);
+            let left = clip((centre[0] - outer).ceil(), self.width)..last_left;
+            let right = first_right..clip(centre[0] + outer + 1.0, self.width);
+            for x in left.chain(right) {
+                let dx = x as f64 - centre[0];
+                let out = dx.hypot(dy) - radius;
+                if out.abs() <= half {
+                    let angle = dy.atan2(dx).rem_euclid(TAU);
+                    pixels.push(RingPixel { angle, out, value: self.values[y * self.width + x] });
+                }
+            }
+        }
+        pixels
+    }
+
+    /// Returns the agreement of the phases of the segments of a ring: 1 if all are the same.
+    fn coherence(&self, radius: f64) -> f64 {
+        let waves = self.ring(radius);
+        let [cos, sin] = [0, 1].map(|i| waves.iter().map(|w| [w.cos, w.sin][i]).sum::<f64>());
+        cos.hypot(sin) / waves.iter().map(|wave| wave.cos.hypot(wave.sin)).sum::<f64>()
     }
 
     /// Returns the fits of all segments of a ring.
@@ -335,6 +389,23 @@ mod tests {
         assert!(matches!(measure(&grey, 72.0), Err(StarError::Faint { .. })));
         let other = star([200.0, 200.0], 36.0, 0.0, |_| 1.0);
         assert!(matches!(measure(&other, 72.0), Err(StarError::Faint { .. })));
+        // Far from the middle, or with a cycle more or less.
+        for (centre, cycles) in [
+            ([225.0, 200.0], 72.0),
+            ([220.0, 180.0], 72.0),
+            ([200.0, 230.0], 72.0),
+            ([200.0; 2], 71.0),
+            ([200.0; 2], 73.0),
+        ] {
+            let found = measure(&star(centre, cycles, 0.0, |_| 1.0), 72.0);
+            assert_eq!(found, Err(StarError::Incoherent { cycles: 72.0 }), "{centre:?}, {cycles}");
+        }
+        let fine = measure(&star([200.0, 200.0], 720.0, 0.0, |_| 1.0), 720.0);
+        assert_eq!(fine, Err(StarError::Fine { cycles: 720.0 }));
+        // Rings of few pixels are left out.
+        let few = measure(&star([200.0, 200.0], 8.0, 0.0, |_| 1.0), 8.0).unwrap();
+        assert!(few.rings.last().unwrap().frequency < 0.2, "{:?}", few.rings.last());
+        assert!(few.rings.iter().all(|ring| (ring.mean() - 1.0).abs() < 0.01));
         let dark = Picture { size: [401; 2], pixels: vec![[0.0; 3]; 401 * 401] };
         assert!(matches!(measure(&dark, 72.0), Err(StarError::Dark(_))));
         let mut spoiled = star([200.0, 200.0], 72.0, 0.0, |_| 1.0);

@@ -76,6 +76,14 @@ pub enum DatasetError {
         /// The fault.
         problem: String,
     },
+    /// The mosaic of a pair cannot be developed.
+    #[error("pair {pair}: develop: {problem}")]
+    Develop {
+        /// The pair's number.
+        pair: u32,
+        /// The fault.
+        problem: String,
+    },
     /// A pair's scene has no real lens.
     #[error(
         "pair {pair}: the camera of {} has no lens file, so it has no blur to learn; expected a \

@@ -9,8 +9,8 @@ use serde_json::{Map, Value, json};
 use super::manifest::{ManifestRow, relative};
 use super::spec::{CleanCamera, DatasetSpec};
 use super::{DatasetError, Draw};
-use petzval_base::io::{FileLog, OutputFile, Outputs, ReadContext, Warning, npy};
-use petzval_image::{DisplayExposure, Note, Notes};
+use petzval_base::io::{FileLog, OutputError, OutputFile, Outputs, ReadContext, Warning, npy};
+use petzval_image::{DisplayExposure, EncodingOptions, Note, Notes, RawFile, WhiteBalance};
 use petzval_lens::{FNumberError, Fidelity, LensModel, on_axis_irradiance};
 use petzval_optics::{Calibration, CalibrationSetup};
 use petzval_render::aov::Aov;
@@ -198,6 +198,11 @@ pub fn write_pair(
     let clean = outputs.claim(name("clean.exr"))?;
     let degraded_file = outputs.claim(name("degraded.exr"))?;
     let raw_file = pair.sensor.as_ref().map(|_| outputs.claim(name("raw.exr"))).transpose()?;
+    let develop = spec.degraded.develop.filter(|_| pair.sensor.is_some());
+    let claim = |kind: &str| outputs.claim(name(kind));
+    let developed_files = develop
+        .map(|tone| Ok::<_, OutputError>((tone, claim("raw.dng")?, claim("developed.png")?)))
+        .transpose()?;
     let psf_file = pair.psf.then(|| outputs.claim(name("psf.npy"))).transpose()?;
     let mut files = Map::new();
     let mut add = |kind: &str, file: &OutputFile| -> Result<(), DatasetError> {
@@ -225,6 +230,21 @@ pub fn write_pair(
         (encoding.half, encoding.space, encoding.grey) = (false, None, sensor.bayer.is_some());
         raw.write_with_layers(&halves, file, frame.window(), encoding, &Notes::new())?;
         add("raw", file)?;
+        if let Some((tone, dng, png)) = &developed_files {
+            encoding.raw = pair.degraded.raw_format_of(sensor);
+            raw.write(dng, frame.window(), encoding, &pair.notes)?;
+            add("dng", dng)?;
+            let developed = RawFile::read(dng.path(), &ReadContext::default())?
+                .develop(WhiteBalance::Off)
+                .map_err(|error| DatasetError::Develop {
+                    pair: pair.draw.pair,
+                    problem: error.to_string(),
+                })?;
+            let exposure = DisplayExposure::Stops(0.0);
+            let encoding = EncodingOptions { exposure, tone: *tone, ..EncodingOptions::default() };
+            developed.picture.write(png, frame.window(), encoding, &Notes::new())?;
+            add("developed", png)?;
+        }
     }
     let setup = CalibrationSetup::of_camera(&pair.degraded.camera, pair.degraded.frame.resolution);
     let calibrated = setup.as_ref().map(CalibrationSetup::calibrate_quickly);

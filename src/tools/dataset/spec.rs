@@ -9,6 +9,7 @@ use toml::Spanned;
 
 use super::DatasetError;
 use petzval_base::io::{FileLog, Location, ReadContext};
+use petzval_image::ToneCurve;
 use petzval_render::aov::Aov;
 use petzval_render::plan::EffectSelection;
 use petzval_render::prepare::settings::{self, SettingError, SettingValue};
@@ -114,6 +115,9 @@ pub struct DegradedSpec {
     /// The sensor that reads the picture out, into a file of its own.
     #[serde(skip)]
     pub sensor: Option<SensorSettings>,
+    /// The tone curve of a picture that is developed from the mosaic of the sensor, if there is one.
+    #[serde(default, deserialize_with = "parsed")]
+    pub develop: Option<ToneCurve>,
     /// Its text, which may name a file.
     #[serde(default, rename = "sensor")]
     sensor_text: Option<Spanned<String>>,
@@ -287,6 +291,12 @@ impl DatasetSpec {
         if light.is_some() && self.degraded.sensor.is_none() {
             let hint = "the light changes the noise of a sensor: add sensor = \"\" to [degraded]";
             return Err(format!("draw.light: {hint}"));
+        }
+        let mosaic = self.degraded.sensor.and_then(|sensor| sensor.bayer);
+        if self.degraded.develop.is_some() && mosaic.is_none_or(|bayer| bayer.is_quad()) {
+            let hint =
+                "a picture is developed from the mosaic of a sensor: add bayer=rggb to 'sensor'";
+            return Err(format!("degraded.develop: {hint}"));
         }
         let CleanSpec { camera, effects } = &self.clean;
         let none = EffectSelection::None;
