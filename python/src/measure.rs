@@ -1,5 +1,6 @@
 //! Measurements of test charts in arrays, and of the noise of a sensor, as JSON.
 
+use std::fmt::Display;
 use std::path::PathBuf;
 
 use petzval::Picture;
@@ -34,6 +35,21 @@ fn within(region: Region, picture: &Picture) -> PyResult<[[usize; 2]; 2]> {
     }
 }
 
+/// Measures a region of an array, and returns the result as JSON.
+fn measure_region<T: Send, E: Display + Send>(
+    py: Python<'_>,
+    pixels: &Bound<'_, PyAny>,
+    region: Region,
+    measure: impl FnOnce(&Picture, [[usize; 2]; 2]) -> Result<T, E> + Send,
+    json: fn(&T) -> Value,
+) -> PyResult<String> {
+    let (picture, _) = array::picture("pixels", pixels)?;
+    let place = within(region, &picture)?;
+    let found = worker::caught(py, || measure(&picture, place))?;
+    let found = found.map_err(|error| value_error(format!("region={region:?}: {error}")))?;
+    Ok(json(&found).to_string())
+}
+
 /// Returns the value of a pixel that is measured: that of a grey picture, or the luminance.
 fn value([r, g, b]: [f32; 3]) -> f64 {
     luminance([r, g, b].map(f64::from))
@@ -41,11 +57,8 @@ fn value([r, g, b]: [f32; 3]) -> f64 {
 
 #[pyfunction]
 pub fn measure_edge(py: Python<'_>, pixels: &Bound<'_, PyAny>, region: Region) -> PyResult<String> {
-    let (picture, _) = array::picture("pixels", pixels)?;
-    let place = within(region, &picture)?;
-    let edge = worker::caught(py, || EdgeResponse::measure(&picture, place, value))?;
-    let edge = edge.map_err(|error| value_error(format!("region={region:?}: {error}")))?;
-    Ok(edge.json().to_string())
+    let measure = |picture: &Picture, place| EdgeResponse::measure(picture, place, value);
+    measure_region(py, pixels, region, measure, EdgeResponse::json)
 }
 
 #[pyfunction]
@@ -81,11 +94,7 @@ pub fn measure_colours(
     pixels: &Bound<'_, PyAny>,
     region: Region,
 ) -> PyResult<String> {
-    let (picture, _) = array::picture("pixels", pixels)?;
-    let place = within(region, &picture)?;
-    let colours = worker::caught(py, || ColourPatches::measure(&picture, place))?;
-    let colours = colours.map_err(|error| value_error(format!("region={region:?}: {error}")))?;
-    Ok(colours.json().to_string())
+    measure_region(py, pixels, region, ColourPatches::measure, ColourPatches::json)
 }
 
 #[pyfunction]
@@ -102,12 +111,9 @@ pub fn measure_star(
     if !(0.01..=1.0).contains(&modulation) {
         return Err(value_error(format!("modulation={modulation}: expected 0.01 to 1")));
     }
-    let (picture, _) = array::picture("pixels", pixels)?;
-    let place = within(region, &picture)?;
     let chart = StarChart { cycles: f64::from(cycles), modulation };
-    let star = worker::caught(py, || StarResponse::measure(&picture, place, chart, value))?;
-    let star = star.map_err(|error| value_error(format!("region={region:?}: {error}")))?;
-    Ok(star.json().to_string())
+    let measure = |picture: &Picture, place| StarResponse::measure(picture, place, chart, value);
+    measure_region(py, pixels, region, measure, StarResponse::json)
 }
 
 #[pyfunction]
@@ -116,11 +122,7 @@ pub fn measure_greys(
     pixels: &Bound<'_, PyAny>,
     region: Region,
 ) -> PyResult<String> {
-    let (picture, _) = array::picture("pixels", pixels)?;
-    let place = within(region, &picture)?;
-    let greys = worker::caught(py, || GreySteps::measure(&picture, place))?;
-    let greys = greys.map_err(|error| value_error(format!("region={region:?}: {error}")))?;
-    Ok(greys.json().to_string())
+    measure_region(py, pixels, region, GreySteps::measure, GreySteps::json)
 }
 
 #[pyfunction]

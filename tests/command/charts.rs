@@ -218,6 +218,24 @@ fn the_depth_of_field_is_that_of_the_first_order_lens() {
     }
 }
 
+/// A plane-convex lens of 50 mm behind its stop.
+const LANDSCAPE: &str = r#"
+name = "landscape lens"
+[[surface]]
+radius = inf
+thickness = 10.0
+diameter = 6.4
+stop = true
+[[surface]]
+radius = inf
+thickness = 4.0
+diameter = 24.0
+glass = "N-BK7"
+[[surface]]
+radius = -25.9
+diameter = 24.0
+"#;
+
 #[test]
 fn opcodes_of_raw_files_correct_the_lens() {
     let folder = folder();
@@ -251,6 +269,26 @@ fn opcodes_of_raw_files_correct_the_lens() {
     };
     let [before, after] = ["as-it-is", "corrected"].map(uniformity);
     assert!(before < 0.6 && after > 0.99, "{before}, then {after}");
+    // Each channel has a warp of its own: blue of a landscape lens lies 0.6 pixels inwards.
+    std::fs::write(at.join("landscape.toml"), LANDSCAPE).expect("a lens");
+    run(
+        at,
+        "chart grid landscape.toml --film-size 24x16 --resolution 480x320 --focus 2m --fstop 8 -o colour.pbrt",
+    );
+    let blue = ["", " --lens-correction"].map(|more| {
+        let render = "render colour.pbrt -q -o colour.dng --bayer --sensor read=0 --spp 128 --effects +dispersion";
+        run(at, &format!("{render}{more}"));
+        run(at, "develop colour.dng -o colour.exr");
+        let found = json(at, "measure grid colour.exr");
+        let dots = found["dots"].as_array().expect("dots");
+        let outer: Vec<f64> = dots
+            .iter()
+            .filter(|dot| dot["radius"].as_f64().expect("a number") > 180.0)
+            .map(|dot| numbers(&dot["lateral_colour"])[1])
+            .collect();
+        outer.iter().sum::<f64>() / outer.len() as f64
+    });
+    assert!(blue[0] < -0.45 && blue[1].abs() < 0.15, "{blue:?}");
     // What opcodes cannot say.
     let fisheye = root().join("scenes/fisheye.pbrt").display().to_string();
     for (command, expected) in [

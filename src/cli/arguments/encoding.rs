@@ -6,7 +6,7 @@ use petzval_image::{
     BitDepth, DisplayExposure, EncodingOptions, ImageFormat, LensCorrection, ToneCurve,
     WhiteBalance,
 };
-use petzval_optics::CalibrationSetup;
+use petzval_optics::{CalibrationSetup, RawCorrection};
 use petzval_render::job::Job;
 use petzval_render::plan::Effect;
 
@@ -102,7 +102,7 @@ impl EncodingArguments {
                 )
                 .into());
             }
-            lens_correction(job)?;
+            warn_of_error(&raw_correction(job)?);
         }
         self.file.warn(output, format);
         if format == ImageFormat::Dng && job.frame.size().into_iter().any(|n| n < LEAST_RAW) {
@@ -131,7 +131,8 @@ impl EncodingArguments {
     pub fn options(&self, job: &Job, in_sweep: bool) -> Result<EncodingOptions, Failure> {
         let mut options = self.uncorrected(job, in_sweep);
         if let (Some(raw), true) = (&mut options.raw, self.lens_correction) {
-            raw.correction = Some(lens_correction(job)?);
+            let RawCorrection { warp, gain, .. } = raw_correction(job)?;
+            raw.correction = Some(LensCorrection { warp, gain });
         }
         Ok(options)
     }
@@ -149,11 +150,22 @@ impl EncodingArguments {
     }
 }
 
-/// Largest error of a correction: of places (pixels), and of the light.
+/// Errors of a correction without a warning: of places (pixels), and of the light.
 const MAX_ERROR: [f64; 2] = [0.5, 0.01];
 
+fn warn_of_error(correction: &RawCorrection) {
+    let [pixels, light] = correction.error;
+    if pixels > MAX_ERROR[0] || light > MAX_ERROR[1] {
+        say!(
+            "petzval: warning: --lens-correction: the polynomials of DNG are off by up to {pixels:.2} pixels and {:.1} % \
+             of the light",
+            100.0 * light
+        );
+    }
+}
+
 /// Returns the polynomials that correct the lens of a job, with lateral colour if its picture disperses light.
-fn lens_correction(job: &Job) -> Result<LensCorrection, Failure> {
+fn raw_correction(job: &Job) -> Result<RawCorrection, Failure> {
     let failed = |problem: &str| Failure::from(format!("--lens-correction: {problem}"));
     let setup = CalibrationSetup::of_camera(&job.camera, job.frame.resolution)
         .ok_or_else(|| failed("the camera has no lens file"))?;
@@ -162,18 +174,9 @@ fn lens_correction(job: &Job) -> Result<LensCorrection, Failure> {
         true => setup.channel_fields().map_err(|error| failed(&error.to_string()))?,
         false => None,
     };
-    let found = calibration.raw_correction(channels.as_ref()).ok_or_else(|| {
+    calibration.raw_correction(channels.as_ref()).ok_or_else(|| {
         failed(
             "opcodes correct round lenses with a field for a rectilinear picture, and this is none",
         )
-    })?;
-    let [pixels, light] = found.error;
-    if pixels > MAX_ERROR[0] || light > MAX_ERROR[1] {
-        say!(
-            "petzval: warning: --lens-correction: the polynomials of DNG are off by up to {pixels:.2} pixels and {:.1} % \
-             of the light",
-            100.0 * light
-        );
-    }
-    Ok(LensCorrection { warp: found.warp, gain: found.gain })
+    })
 }

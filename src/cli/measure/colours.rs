@@ -1,18 +1,15 @@
 //! `petzval measure colours`: colour errors from a picture of a colour checker.
 
 use std::fmt::Write as _;
-use std::path::PathBuf;
 
-use petzval_base::io::{ReadContext, path_excerpt};
-use petzval_image::{Picture, Transfer};
-use petzval_render::prepare::settings;
+use petzval_base::io::ReadContext;
 use petzval_report::measurement::MeasurementReport;
 use petzval_tools::chart_analysis::{ColourPatches, PatchColour};
 
-use super::super::arguments::values::typed;
 use super::super::{Failure, Outcome};
+use super::region::{ChartRegion, RegionArguments};
 use super::results::ResultArguments;
-use super::{divide, region_text, region_within, title_of, with_source};
+use super::title_of;
 
 /// Mean difference from which the region is probably not that of the patches.
 const DOUBTFUL: f64 = 15.0;
@@ -20,38 +17,30 @@ const DOUBTFUL: f64 = 15.0;
 /// Arguments of `petzval measure colours`.
 #[derive(Debug, clap::Args)]
 pub(super) struct ColoursArguments {
-    /// Picture: .exr, .hdr, .pfm, .png, .jpg, .tif
-    picture: PathBuf,
-    /// Region that the patches fill, without the frame of the chart, in pixels of the file; X1 and Y1 are not included
-    #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = typed(settings::crop))]
-    region: [[u32; 2]; 2],
-    /// Picture of a white chart, by which the picture is divided: the light of the lens falls off to the corners
-    #[arg(long, value_name = "PICTURE")]
-    flat: Option<PathBuf>,
+    #[command(flatten)]
+    region: RegionArguments,
     #[command(flatten)]
     results: ResultArguments,
 }
 
 pub(super) fn run(arguments: &ColoursArguments) -> Result<Outcome, Failure> {
-    let ColoursArguments { picture: path, region, flat, results } = arguments;
+    let ColoursArguments { region, results } = arguments;
     let context = ReadContext::default();
-    let mut picture = Picture::read_with(path, Transfer::Srgb, &context)?;
-    let name = format!("--region {}", region_text(*region));
-    let place = region_within(&name, *region, &picture, path)?;
-    if let Some(flat) = flat {
-        divide(&mut picture, flat, &[(name.clone(), place)], &context)?;
-    }
-    let colours = ColourPatches::measure(&picture, place)
-        .map_err(|error| format!("{name} of {}: {error}", path_excerpt(path)))?;
+    let ChartRegion { picture, place, .. } = region.read(&context)?;
+    let colours = ColourPatches::measure(&picture, place).map_err(|error| region.fault(&error))?;
     if colours.mean_difference() > DOUBTFUL {
         say!(
-            "petzval: warning: these are probably not the patches: {name} is to begin at the upper left of dark skin and to \
-             end at the lower right of black"
+            "petzval: warning: these are probably not the patches: {} is to begin at the upper left of dark skin and to \
+             end at the lower right of black",
+            region.name()
         );
     }
-    let report =
-        MeasurementReport::of_colours(title_of("Colours", path), &colours, text_of(&colours));
-    let json = with_source(colours.json(), path, Some(*region));
+    let report = MeasurementReport::of_colours(
+        title_of("Colours", &region.picture),
+        &colours,
+        text_of(&colours),
+    );
+    let json = region.with_source(colours.json());
     results.finish(&context, &table(&colours), &report, &json)
 }
 

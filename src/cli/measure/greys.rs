@@ -1,50 +1,41 @@
 //! `petzval measure greys`: tone, noise and dynamic range from a picture of steps of grey.
 
 use std::fmt::Write as _;
-use std::path::PathBuf;
 
-use petzval_base::io::{ReadContext, path_excerpt};
-use petzval_image::{Picture, Transfer};
-use petzval_render::prepare::settings;
+use petzval_base::io::ReadContext;
 use petzval_report::measurement::MeasurementReport;
 use petzval_tools::chart_analysis::GreySteps;
 
-use super::super::arguments::values::typed;
 use super::super::{Failure, Outcome};
+use super::region::{ChartRegion, RegionArguments};
 use super::results::ResultArguments;
-use super::{divide, region_text, region_within, title_of, with_source};
+use super::title_of;
 
 /// Arguments of `petzval measure greys`.
 #[derive(Debug, clap::Args)]
 pub(super) struct GreysArguments {
-    /// Picture: .exr, .hdr, .pfm, .png, .jpg, .tif
-    picture: PathBuf,
-    /// Region that the steps fill, without the frame of the chart, in pixels of the file; X1 and Y1 are not included
-    #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = typed(settings::crop))]
-    region: [[u32; 2]; 2],
-    /// Picture of a white chart, by which the picture is divided: the light of the lens falls off to the corners
-    #[arg(long, value_name = "PICTURE")]
-    flat: Option<PathBuf>,
+    #[command(flatten)]
+    region: RegionArguments,
     #[command(flatten)]
     results: ResultArguments,
 }
 
 pub(super) fn run(arguments: &GreysArguments) -> Result<Outcome, Failure> {
-    let GreysArguments { picture: path, region, flat, results } = arguments;
+    let GreysArguments { region, results } = arguments;
     let context = ReadContext::default();
-    let mut picture = Picture::read_with(path, Transfer::Srgb, &context)?;
-    let name = format!("--region {}", region_text(*region));
-    let place = region_within(&name, *region, &picture, path)?;
-    if let Some(flat) = flat {
+    let ChartRegion { mut picture, place, white } = region.read(&context)?;
+    if let Some(white) = white {
         // Only the falloff is divided out: values keep their distance from saturation.
-        let white = divide(&mut picture, flat, &[(name.clone(), place)], &context)? as f32;
-        picture.pixels.iter_mut().for_each(|pixel| *pixel = pixel.map(|value| value * white));
+        let pixels = picture.pixels.iter_mut().flatten();
+        pixels.for_each(|value| *value *= white as f32);
     }
-    let greys = GreySteps::measure(&picture, place)
-        .map_err(|error| format!("{name} of {}: {error}", path_excerpt(path)))?;
-    let report =
-        MeasurementReport::of_greys(title_of("Tone and noise", path), &greys, text_of(&greys));
-    let json = with_source(greys.json(), path, Some(*region));
+    let greys = GreySteps::measure(&picture, place).map_err(|error| region.fault(&error))?;
+    let report = MeasurementReport::of_greys(
+        title_of("Tone and noise", &region.picture),
+        &greys,
+        text_of(&greys),
+    );
+    let json = region.with_source(greys.json());
     results.finish(&context, &table(&greys), &report, &json)
 }
 

@@ -5,6 +5,7 @@ mod colours;
 mod greys;
 mod grid;
 mod noise;
+mod region;
 mod results;
 mod shading;
 mod star;

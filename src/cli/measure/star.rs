@@ -1,27 +1,21 @@
 //! `petzval measure star`: spatial frequency response of a sinusoidal Siemens star.
 
 use std::fmt::Write as _;
-use std::path::PathBuf;
 
-use petzval_base::io::{ReadContext, path_excerpt};
-use petzval_image::{Picture, Transfer};
-use petzval_render::prepare::settings;
+use petzval_base::io::ReadContext;
 use petzval_report::measurement::MeasurementReport;
 use petzval_tools::chart_analysis::{StarChart, StarResponse};
 
-use super::super::arguments::values::typed;
 use super::super::{Failure, Outcome};
+use super::region::{ChartRegion, RegionArguments};
 use super::results::ResultArguments;
-use super::{Channel, divide, region_text, region_within, title_of, with_source};
+use super::{Channel, title_of};
 
 /// Arguments of `petzval measure star`.
 #[derive(Debug, clap::Args)]
 pub(super) struct StarArguments {
-    /// Picture: .exr, .hdr, .pfm, .png, .jpg, .tif
-    picture: PathBuf,
-    /// Square that the star fills, in pixels of the file; X1 and Y1 are not included
-    #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = typed(settings::crop))]
-    region: [[u32; 2]; 2],
+    #[command(flatten)]
+    region: RegionArguments,
     /// Cycles around the star
     #[arg(long, value_name = "N", default_value_t = StarChart::default().cycles as u32,
         value_parser = clap::value_parser!(u32).range(8..=720))]
@@ -32,9 +26,6 @@ pub(super) struct StarArguments {
     /// Channel to measure: luminance, red, green or blue
     #[arg(long, value_enum, default_value_t)]
     channel: Channel,
-    /// Picture of a white chart, by which the picture is divided: the light of the lens falls off to the corners
-    #[arg(long, value_name = "PICTURE")]
-    flat: Option<PathBuf>,
     #[command(flatten)]
     results: ResultArguments,
 }
@@ -46,19 +37,18 @@ fn modulation(text: &str) -> Result<f64, String> {
 }
 
 pub(super) fn run(arguments: &StarArguments) -> Result<Outcome, Failure> {
-    let StarArguments { picture: path, region, channel, flat, results, .. } = arguments;
+    let StarArguments { region, channel, results, .. } = arguments;
     let context = ReadContext::default();
-    let mut picture = Picture::read_with(path, Transfer::Srgb, &context)?;
-    let name = format!("--region {}", region_text(*region));
-    let place = region_within(&name, *region, &picture, path)?;
-    if let Some(flat) = flat {
-        divide(&mut picture, flat, &[(name.clone(), place)], &context)?;
-    }
+    let ChartRegion { picture, place, .. } = region.read(&context)?;
     let chart = StarChart { cycles: f64::from(arguments.cycles), modulation: arguments.modulation };
     let star = StarResponse::measure(&picture, place, chart, |pixel| channel.of(pixel))
-        .map_err(|error| format!("{name} of {}: {error}", path_excerpt(path)))?;
-    let report = MeasurementReport::of_star(title_of("Siemens star", path), &star, text_of(&star));
-    let json = with_source(star.json(), path, Some(*region));
+        .map_err(|error| region.fault(&error))?;
+    let report = MeasurementReport::of_star(
+        title_of("Siemens star", &region.picture),
+        &star,
+        text_of(&star),
+    );
+    let json = region.with_source(star.json());
     results.finish(&context, &table(&star), &report, &json)
 }
 

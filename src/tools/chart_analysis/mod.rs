@@ -12,6 +12,7 @@ mod json;
 mod patches;
 mod shading;
 mod star;
+mod star_fit;
 mod texture;
 
 pub use colours::{ColourPatches, ColoursError, PatchColour};

@@ -1,14 +1,12 @@
 //! Spatial frequency response of a sinusoidal Siemens star (s-SFR of ISO 12233:2023, annex E and F).
 
-use std::f64::consts::{FRAC_PI_4, TAU};
+use std::f64::consts::TAU;
 
-use petzval_base::least_squares::least_squares;
 use petzval_image::Picture;
 
+use super::star_fit::{SEGMENTS, StarFit};
 use crate::charts::star::{CYCLES, MODULATION};
 
-/// Segments of a ring, each of which has a phase of its own.
-const SEGMENTS: usize = 8;
 /// Least side of a region (pixels).
 const LEAST: usize = 64;
 /// Share of the star's radius that its largest ring has, clear of its border.
@@ -140,14 +138,8 @@ impl StarResponse {
         if !(mean.is_finite() && mean > 0.0) {
             return Err(StarError::Dark(chart.cycles));
         }
-        let mut star = Star {
-            values,
-            width,
-            centre: [width, height].map(|n| (n as f64 - 1.0) / 2.0),
-            cycles: chart.cycles,
-        };
         let outer = OUTER * width.min(height) as f64 / 2.0;
-        star.find_centre(outer);
+        let star = StarFit::new(values, [width, height], chart.cycles, outer);
         let response = |frequency: f64| {
             let radius = chart.cycles / (TAU * frequency);
             let segments = star.ring(radius).map(|wave| wave.modulation() / chart.modulation);
@@ -157,19 +149,19 @@ impl StarResponse {
         if largest.mean() < FAINT {
             return Err(StarError::Faint { found: largest.mean(), cycles: chart.cycles });
         }
-        if star.coherence(outer) < COHERENT {
+        let is_coherent = star.coherence(outer) >= COHERENT;
+        if !is_coherent {
             return Err(StarError::Incoherent { cycles: chart.cycles });
         }
         let first = (100.0 * largest.frequency).ceil() as u32;
-        let is_wide = |frequency: &f64| {
-            star.pixels(star.centre, chart.cycles / (TAU * frequency)).len() >= LEAST_PIXELS
-        };
+        let is_wide =
+            |frequency: &f64| star.pixel_count(chart.cycles / (TAU * frequency)) >= LEAST_PIXELS;
         let frequencies = (first..=50).map(|i| f64::from(i) / 100.0);
         let rings: Vec<StarRing> = frequencies.take_while(is_wide).map(response).collect();
         if rings.is_empty() {
             return Err(StarError::Fine { cycles: chart.cycles });
         }
-        Ok(Self { centre: [0, 1].map(|i| star.centre[i] + low[i] as f64), rings })
+        Ok(Self { centre: [0, 1].map(|i| star.centre()[i] + low[i] as f64), rings })
     }
 
     /// Returns the lowest frequency at which the mean response falls to a level (cycles a pixel); `None` if it does not
@@ -180,140 +172,6 @@ impl StarResponse {
             let crosses = above >= level && below < level;
             crosses.then(|| f0 + (f1 - f0) * (above - level) / (above - below))
         })
-    }
-}
-
-/// A pixel of a ring.
-#[derive(Clone, Copy)]
-struct RingPixel {
-    angle: f64,
-    /// Distance from the middle of the ring (pixels), outwards.
-    out: f64,
-    value: f64,
-}
-
-/// The pixels of a star.
-struct Star {
-    values: Vec<f64>,
-    width: usize,
-    centre: [f64; 2],
-    cycles: f64,
-}
-
-/// Fit of a sinusoid to the pixels of a segment.
-#[derive(Clone, Copy)]
-struct Wave {
-    mean: f64,
-    /// Factors of cosine and sine.
-    cos: f64,
-    sin: f64,
-    /// Square of the amplitude that noise adds.
-    noise: f64,
-}
-
-impl Wave {
-    fn modulation(&self) -> f64 {
-        let square = self.cos * self.cos + self.sin * self.sin - self.noise;
-        if self.mean > 0.0 { square.max(0.0).sqrt() / self.mean } else { 0.0 }
-    }
-}
-
-impl Star {
-    /// Returns the pixels of a ring about a centre.
-    fn pixels(&self, centre: [f64; 2], radius: f64) -> Vec<RingPixel> {
-        let half = (0.01 * radius).max(0.75);
-        let height = self.values.len() / self.width;
-        let clip = |at: f64, n: usize| at.clamp(0.0, n as f64) as usize;
-        let reach = radius + half;
-        let rows = clip((centre[1] - reach).ceil(), height)..clip(centre[1] + reach + 1.0, height);
-        let mut pixels = Vec::new();
-        for y in rows {
-            let dy = y as f64 - centre[1];
-            // A row crosses the ring on both sides of its hole.
-            let [outer, hole] = [reach, radius - half].map(|r| (r * r - dy * dy).max(0.0).sqrt());
-            let last_left = clip((centre[0] - hole + 1.0).floor(), self.width);
-            let first_right = clip((centre[0] + hole).floor(), self.width).max(last_left);
-            let left = clip((centre[0] - outer).ceil(), self.width)..last_left;
-            let right = first_right..clip(centre[0] + outer + 1.0, self.width);
-            for x in left.chain(right) {
-                let dx = x as f64 - centre[0];
-                let out = dx.hypot(dy) - radius;
-                if out.abs() <= half {
-                    let angle = dy.atan2(dx).rem_euclid(TAU);
-                    pixels.push(RingPixel { angle, out, value: self.values[y * self.width + x] });
-                }
-            }
-        }
-        pixels
-    }
-
-    /// Returns the agreement of the phases of the segments of a ring: 1 if all are the same.
-    fn coherence(&self, radius: f64) -> f64 {
-        let waves = self.ring(radius);
-        let [cos, sin] = [0, 1].map(|i| waves.iter().map(|w| [w.cos, w.sin][i]).sum::<f64>());
-        cos.hypot(sin) / waves.iter().map(|wave| wave.cos.hypot(wave.sin)).sum::<f64>()
-    }
-
-    /// Returns the fits of all segments of a ring.
-    fn ring(&self, radius: f64) -> [Wave; SEGMENTS] {
-        let mut segments: [Vec<RingPixel>; SEGMENTS] = Default::default();
-        for pixel in self.pixels(self.centre, radius) {
-            segments[(pixel.angle / FRAC_PI_4) as usize % SEGMENTS].push(pixel);
-        }
-        segments.map(|pixels| self.wave(&pixels))
-    }
-
-    fn wave(&self, pixels: &[RingPixel]) -> Wave {
-        let basis = |pixel: &RingPixel| {
-            let (sin, cos) = (self.cycles * pixel.angle).sin_cos();
-            [1.0, cos, sin, pixel.out * cos, pixel.out * sin]
-        };
-        let columns = (0..5).map(|i| pixels.iter().map(|pixel| basis(pixel)[i]).collect());
-        let values = pixels.iter().map(|pixel| pixel.value).collect();
-        let fit = &least_squares(columns.collect(), vec![values])[0];
-        let rest = pixels.iter().map(|pixel| {
-            let fitted: f64 = basis(pixel).iter().zip(fit).map(|(b, f)| b * f).sum();
-            (pixel.value - fitted).powi(2)
-        });
-        let count = pixels.len() as f64;
-        let variance = rest.sum::<f64>() / (count - 5.0).max(1.0);
-        Wave { mean: fit[0], cos: fit[1], sin: fit[2], noise: 4.0 * variance / count }
-    }
-
-    /// Moves the centre to that of the star: first to where a sinusoid around the whole of a ring is largest, then to where
-    /// all of its segments have one phase.
-    fn find_centre(&mut self, radius: f64) {
-        let step = radius / self.cycles;
-        let start = self.centre;
-        let mut best = [0.0, start[0], start[1]];
-        for (i, j) in (-6..=6).flat_map(|i| (-6..=6).map(move |j| (i, j))) {
-            let centre = [start[0] + step * f64::from(i), start[1] + step * f64::from(j)];
-            let pixels = self.pixels(centre, 0.9 * radius);
-            let [cos, sin] = [f64::cos, f64::sin].map(|of| {
-                pixels.iter().map(|pixel| of(self.cycles * pixel.angle) * pixel.value).sum::<f64>()
-            });
-            let amplitude = cos.hypot(sin) / pixels.len().max(1) as f64;
-            if amplitude > best[0] {
-                best = [amplitude, centre[0], centre[1]];
-            }
-        }
-        self.centre = [best[1], best[2]];
-        for _ in 0..4 {
-            let waves = self.ring(0.9 * radius);
-            let [cos, sin] =
-                [0, 1].map(|i| waves.iter().map(|wave| [wave.cos, wave.sin][i]).sum::<f64>());
-            let middle = sin.atan2(cos);
-            let mut shift = [0.0; 2];
-            for (i, wave) in waves.iter().enumerate() {
-                let phase = wave.sin.atan2(wave.cos) - middle;
-                let phase = phase.sin().atan2(phase.cos());
-                let (s, c) = ((i as f64 + 0.5) * FRAC_PI_4).sin_cos();
-                // A centre that is off by d changes the angles by (s dx - c dy) / radius.
-                let by = phase / self.cycles * 0.9 * radius * 2.0 / SEGMENTS as f64;
-                shift = [shift[0] - s * by, shift[1] + c * by];
-            }
-            self.centre = [0, 1].map(|i| self.centre[i] + shift[i]);
-        }
     }
 }
 
