@@ -5,7 +5,7 @@ use std::path::Path;
 use petzval_base::sinc::sinc;
 use serde_json::Value;
 
-use crate::support::{folder, petzval, root};
+use crate::support::{LANDSCAPE, folder, petzval, root};
 
 /// Draws a chart for a double Gauss, and returns the region that it prints.
 fn draw(at: &Path, kind: &str, camera: &str) -> String {
@@ -217,24 +217,6 @@ fn the_depth_of_field_is_that_of_the_first_order_lens() {
         assert!(code == 2 && stderr.contains(expected), "{command}: {stderr}");
     }
 }
-
-/// A plane-convex lens of 50 mm behind its stop.
-const LANDSCAPE: &str = r#"
-name = "landscape lens"
-[[surface]]
-radius = inf
-thickness = 10.0
-diameter = 6.4
-stop = true
-[[surface]]
-radius = inf
-thickness = 4.0
-diameter = 24.0
-glass = "N-BK7"
-[[surface]]
-radius = -25.9
-diameter = 24.0
-"#;
 
 #[test]
 fn opcodes_of_raw_files_correct_the_lens() {

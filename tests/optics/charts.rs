@@ -11,7 +11,7 @@ use petzval_scene_formats::pbrt;
 use petzval_tools::chart_analysis::{DotGrid, EdgeAxis, EdgeResponse};
 use petzval_tools::charts::{Chart, ChartCamera, ChartKind, ChartView};
 
-use crate::support::{folder, picture, root, write};
+use crate::support::{LANDSCAPE, folder, picture, root, write};
 
 /// Returns the path of a lens file of the repository.
 fn lens_file(name: &str) -> PathBuf {
@@ -122,24 +122,6 @@ fn distortion_in_a_picture_of_the_grid_is_that_of_the_calibration() {
         );
     }
 }
-
-/// A plane-convex lens of 50 mm behind its stop.
-const LANDSCAPE: &str = r#"
-name = "landscape lens"
-[[surface]]
-radius = inf
-thickness = 10.0
-diameter = 6.4
-stop = true
-[[surface]]
-radius = inf
-thickness = 4.0
-diameter = 24.0
-glass = "N-BK7"
-[[surface]]
-radius = -25.9
-diameter = 24.0
-"#;
 
 #[test]
 fn lateral_colour_in_a_picture_of_the_grid_is_that_of_the_lens() {

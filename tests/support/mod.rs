@@ -31,6 +31,24 @@ pub const LENSES: [(&str, f64); 4] = [
     ("wide.22mm", 14.54),
 ];
 
+/// A plane-convex lens of 50 mm behind its stop.
+pub const LANDSCAPE: &str = r#"
+name = "landscape lens"
+[[surface]]
+radius = inf
+thickness = 10.0
+diameter = 6.4
+stop = true
+[[surface]]
+radius = inf
+thickness = 4.0
+diameter = 24.0
+glass = "N-BK7"
+[[surface]]
+radius = -25.9
+diameter = 24.0
+"#;
+
 /// Reads a lens of the repository, `lenses/NAME.dat`.
 pub fn lens(name: &str) -> Prescription {
     read(&root().join("lenses").join(format!("{name}.dat"))).expect("a lens of the repository")
