@@ -156,8 +156,8 @@ def prepare(scene, camera=None, **settings):
         such as ``"time=1/60"`` (s) or ``"time=10ms,ramp=1ms"``
     :param rolling_shutter: time from the first row to the last, and a direction, such as ``"20ms,up"``
     :param sensor: sensor, such as ``"iso=800,pixel=4"`` (pixel pitch in um); ``""`` for its defaults
-    :param bayer: mosaic of the sensor: ``"rggb"``, ``"bggr"``, ``"grbg"`` or ``"gbrg"``. The pixels of
-        the picture are then height x width
+    :param bayer: mosaic of the sensor: ``"rggb"``, ``"bggr"``, ``"grbg"``, ``"gbrg"``, or ``"quad-rggb"`` and so on.
+        The pixels of the picture are then height x width
     :param passband: two wavelengths (nm)
     :param buckets: number of buckets of wavelength, or a text such as ``"31@400..710"`` (nm) or ``"none"``
     :param zoom: focal length (mm), or the name of a state of the lens file

@@ -22,7 +22,7 @@ class Camera:
     :param film_tilt: tilt about the horizontal and the vertical axis (degrees)
     :param zoom: focal length (mm), or the name of a state of the lens file
     :param rolling_shutter: time from the first row to the last, and a direction, such as ``"20ms,up"``
-    :param bayer: mosaic of the sensor: ``"rggb"``, ``"bggr"``, ``"grbg"`` or ``"gbrg"``
+    :param bayer: mosaic of the sensor: ``"rggb"``, ``"bggr"``, ``"grbg"``, ``"gbrg"``, or ``"quad-rggb"`` and so on
     """
 
     lens: Any = None

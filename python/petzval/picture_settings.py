@@ -55,7 +55,7 @@ class _CommonSettings(TypedDict, total=False):
     sensor: Optional[str]
     """Sensor, such as ``"iso=800,pixel=4"`` (pixel pitch in um); ``""`` for its defaults."""
     bayer: Optional[str]
-    """Mosaic of the sensor: ``"rggb"``, ``"bggr"``, ``"grbg"`` or ``"gbrg"``."""
+    """Mosaic of the sensor: ``"rggb"``, ``"bggr"``, ``"grbg"``, ``"gbrg"``, or ``"quad-rggb"`` and so on."""
     passband: Optional[tuple[float, float]]
     """Two wavelengths (nm)."""
     buckets: Union[int, str, None]
@@ -136,7 +136,7 @@ class SweepSettings(TypedDict, total=False):
     sensor: Union[str, None, Sequence[Optional[str]]]
     """Sensor, such as ``"iso=800,pixel=4"`` (pixel pitch in um); ``""`` for its defaults."""
     bayer: Union[str, None, Sequence[Optional[str]]]
-    """Mosaic of the sensor: ``"rggb"``, ``"bggr"``, ``"grbg"`` or ``"gbrg"``."""
+    """Mosaic of the sensor: ``"rggb"``, ``"bggr"``, ``"grbg"``, ``"gbrg"``, or ``"quad-rggb"`` and so on."""
     passband: Union[tuple[float, float], None, list[tuple[float, float]]]
     """Two wavelengths (nm)."""
     buckets: Union[int, str, None, Sequence[Union[int, str]]]

@@ -21,20 +21,19 @@ const VERSION: u32 = 0x0103_0000;
 const OPTIONAL: u32 = 1;
 
 impl LensCorrection {
-    /// Returns the list of opcodes of a picture of this size, a part of its frame: first the gain, then the warp. `None` if the middle of the frame is not in the picture, which opcodes cannot say.
-    pub(crate) fn opcodes(
-        &self,
-        size: [usize; 2],
-        PictureWindow { origin, frame }: PictureWindow,
-    ) -> Option<Vec<u8>> {
+    /// Returns whether a picture of this size holds the middle of its frame, about which opcodes correct.
+    pub fn is_for(size: [u32; 2], window: PictureWindow) -> bool {
+        middle(size.map(f64::from), window).is_some()
+    }
+
+    /// Returns the list of opcodes of a picture of this size, a part of its frame: first the gain, then the warp. Returns
+    /// `None` if the middle of the frame is outside the picture: opcodes need a centre within it.
+    pub(crate) fn opcodes(&self, size: [usize; 2], window: PictureWindow) -> Option<Vec<u8>> {
         let size = size.map(|n| n as f64);
-        let middle = [0, 1].map(|i| (f64::from(frame[i]) / 2.0 - f64::from(origin[i])) / size[i]);
-        if !middle.iter().all(|at| (0.0..=1.0).contains(at)) {
-            return None;
-        }
+        let middle = middle(size, window)?;
         // Opcodes have radii over the distance from the middle to the farthest corner.
         let reach = [0, 1].map(|i| size[i] * middle[i].max(1.0 - middle[i]));
-        let half = f64::from(frame[0]).hypot(f64::from(frame[1])) / 2.0;
+        let half = f64::from(window.frame[0]).hypot(f64::from(window.frame[1])) / 2.0;
         let square = (reach[0].hypot(reach[1]) / half).powi(2);
         let scaled = |k: f64, power: i32| k * square.powi(power);
         let mut vignette: Vec<f64> = (1..).zip(self.gain).map(|(i, k)| scaled(k, i)).collect();
@@ -55,4 +54,10 @@ impl LensCorrection {
         }
         Some(list)
     }
+}
+
+/// Returns the middle of the frame relative to a picture of this size; `None` if it is outside.
+fn middle(size: [f64; 2], PictureWindow { origin, frame }: PictureWindow) -> Option<[f64; 2]> {
+    let middle = [0, 1].map(|i| (f64::from(frame[i]) / 2.0 - f64::from(origin[i])) / size[i]);
+    middle.iter().all(|at| (0.0..=1.0).contains(at)).then_some(middle)
 }

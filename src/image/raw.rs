@@ -44,6 +44,8 @@ pub struct RawFormat {
     pub tungsten: Option<ColourCalibration>,
     /// Channels of the white of the picture, relative to the largest.
     pub neutral: [f64; 3],
+    /// The largest channel of white, relative to the value 1: more than 1 with the crosstalk of other channels.
+    pub largest_neutral: f64,
     /// Correction of the lens that the file holds.
     pub correction: Option<LensCorrection>,
     /// Variance of a reading relative to `white`: the factor of the signal, and that without light.
@@ -90,6 +92,7 @@ mod tests {
         filters: [0, 1, 1, 2],
         filter_side: 1,
         correction: None,
+        largest_neutral: 1.0,
         black: 512,
         white: 16383,
         saturation: 16000,

@@ -129,7 +129,10 @@ impl Estimate {
                 // A PNG may have either.
                 _ => ENCODED_BYTES[1] * pixels,
             };
-            phases.push(vec![picture, layers, ("halves of the pupil", 3 * halves)]);
+            let spreads = job.sensor.is_some_and(|sensor| !sensor.crosstalk.is_none());
+            let crosstalk = if spreads { PICTURE_BYTES * pixels + halves } else { 0 };
+            let readout = [("halves of the pupil", 3 * halves), ("crosstalk", crosstalk)];
+            phases.push([picture, layers].into_iter().chain(readout).collect());
             phases.push(vec![picture, layers, ("writing", writer)]);
         }
         let sum = |parts: &[(_, u64)]| parts.iter().map(|(_, bytes)| bytes).sum::<u64>();

@@ -271,16 +271,38 @@ fn opcodes_of_raw_files_correct_the_lens() {
         outer.iter().sum::<f64>() / outer.len() as f64
     });
     assert!(blue[0] < -0.45 && blue[1].abs() < 0.15, "{blue:?}");
-    // What opcodes cannot say.
+    // Opcodes cannot describe these pictures.
     let fisheye = root().join("scenes/fisheye.pbrt").display().to_string();
     for (command, expected) in [
-        ("render flat.pbrt -o a.exr --lens-correction".to_owned(), "a.exr is no DNG"),
+        ("render flat.pbrt -o a.exr --lens-correction".to_owned(), "a.exr: only DNG holds opcodes"),
         (
             format!("render {fisheye} -o a.dng --bayer --lens-correction"),
-            "a field for a rectilinear picture",
+            "the field is too wide for a rectilinear picture",
+        ),
+        (
+            "render flat.pbrt -o a.dng --bayer --lens-correction --crop 0,0,60,40".to_owned(),
+            "the crop does not hold the middle",
         ),
     ] {
         let (code, _, stderr) = petzval(at, &command.split(' ').collect::<Vec<_>>());
         assert!(code == 2 && stderr.contains(expected), "{command}: {stderr}");
     }
+}
+
+#[test]
+fn development_undoes_crosstalk_of_even_surfaces() {
+    let folder = folder();
+    let at = folder.path();
+    let region = draw(at, "colours", "--film-size 36x24 --resolution 240x160 --fstop 8");
+    let measured = [0, 20].map(|percent| {
+        let sensor = format!("read=0,crosstalk={percent}/{}/{}", percent / 2, percent / 4);
+        run(at, &format!("render colours.pbrt -q -o a.dng --bayer --sensor {sensor} --spp 64"));
+        run(at, "develop a.dng -o a.exr");
+        json(at, &format!("measure colours a.exr --region {region}"))
+    });
+    let number = |found: &Value, name: &str| found[name].as_f64().expect("a number");
+    let [plain, leaky] = measured.each_ref().map(|found| number(found, "brightness"));
+    assert!((leaky / plain - 1.0).abs() < 0.005, "{leaky}, not {plain}");
+    let [plain, leaky] = measured.each_ref().map(|found| number(found, "mean_de2000"));
+    assert!((leaky - plain).abs() < 0.2, "dE2000 {leaky}, not {plain}");
 }

@@ -316,8 +316,8 @@ fn readings_of_any_light_lie_between_the_first_code_and_the_last() {
                 "bits=1,read=0",
                 "bits=16,black=65534,read=1e6",
                 "bayer",
-                "crosstalk=80,bayer=quad-gbrg",
-                "crosstalk=80/0/5",
+                "crosstalk=40,bayer=quad-gbrg",
+                "crosstalk=40/0/5",
                 "well=1",
                 "dark=1e12,time=1e9,dsnu=1e12/1e12/1e12,prnu=30/30/30,hot=1/1e12",
             ] {

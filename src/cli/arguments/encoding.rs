@@ -98,9 +98,13 @@ impl EncodingArguments {
             if format != ImageFormat::Dng {
                 let name = output.display();
                 return Err(format!(
-                    "--lens-correction: {name} is no DNG, which alone holds opcodes"
+                    "--lens-correction: {name}: only DNG holds opcodes; name a picture.dng"
                 )
                 .into());
+            }
+            if !LensCorrection::is_for(job.frame.size(), job.frame.window()) {
+                return Err("--lens-correction: the crop does not hold the middle of the frame, about which opcodes correct"
+                    .into());
             }
             warn_of_error(&raw_correction(job)?);
         }
@@ -175,8 +179,9 @@ fn raw_correction(job: &Job) -> Result<RawCorrection, Failure> {
         false => None,
     };
     calibration.raw_correction(channels.as_ref()).ok_or_else(|| {
-        failed(
-            "opcodes correct round lenses with a field for a rectilinear picture, and this is none",
-        )
+        failed(match calibration.is_fisheye() {
+            true => "the field is too wide for a rectilinear picture; leave it out for a fisheye",
+            false => "lens and film are not round about the middle of the picture; expected a centred lens",
+        })
     })
 }

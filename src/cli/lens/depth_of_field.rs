@@ -5,7 +5,8 @@ use std::path::PathBuf;
 
 use petzval_base::io::{Outputs, ReadContext};
 use petzval_lens::{
-    FocusError, FocusModel, Paraxial, Prescription, PupilSampling, RealLens, TransverseAxis,
+    FocusError, FocusModel, Paraxial, Prescription, PupilSampling, RealLens, RealRayFocus,
+    TransverseAxis,
 };
 use petzval_render::aov::CircleOfConfusion;
 use petzval_render::prepare::settings::{self, number_with_unit};
@@ -114,6 +115,10 @@ pub(super) fn run(arguments: &DepthOfFieldArguments) -> Result<Outcome, Failure>
     if f_numbers.is_empty() {
         let opens = |f_number: &f64| lens.f_number_diameter(*f_number).is_ok();
         f_numbers = STOPS.into_iter().filter(opens).collect();
+        if f_numbers.is_empty() {
+            let widest = RealRayFocus::new(&lens).f_number();
+            f_numbers.extend(widest.map(|f_number| (10.0 * f_number).ceil() / 10.0));
+        }
     }
     let rows = f_numbers.iter().map(|&f_number| row(&lens, f_number, arguments, circle));
     let rows = rows.collect::<Result<Vec<Row>, Failure>>()?;
@@ -175,8 +180,11 @@ fn table(rows: &[Row]) -> String {
     let mut text = "f-number,hyperfocal_m,focus_m,near_m,far_m\n".to_owned();
     for row in rows {
         for Limits { focus, ends } in &row.limits {
-            let ends = ends.distances();
-            let ends = ends.map_or([String::new(), String::new()], |ends| ends.map(metres));
+            let ends = match ends {
+                Ends::Between(ends) => ends.map(metres),
+                Ends::TooNear => [String::new(), String::new()],
+                Ends::All => ["0", "inf"].map(str::to_owned),
+            };
             let _ = writeln!(
                 text,
                 "{},{},{},{},{}",

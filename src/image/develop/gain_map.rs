@@ -3,8 +3,7 @@
 
 use rayon::prelude::*;
 
-use super::lens_opcodes::{RadialGain, Warp};
-use crate::lens_correction::{FIX_VIGNETTE_RADIAL, WARP_RECTILINEAR};
+use super::lens_opcodes::LensOpcode;
 
 /// Names of opcodes, from identifier 1 on.
 const NAMES: [&str; 14] = [
@@ -29,6 +28,8 @@ const HEAD: usize = 76;
 const MAX_GAIN: f32 = 1e4;
 /// Most opcodes of a list: each gain map is a pass over the picture.
 const MAX_OPCODES: u32 = 64;
+/// Most corrections of the lens: each warp is a pass of 16 samples for each pixel and channel.
+const MAX_LENS: usize = 8;
 
 /// Factors on readings, linear between the points of a grid.
 #[derive(Clone, Debug, PartialEq)]
@@ -51,9 +52,8 @@ pub(crate) struct GainMap {
 pub(crate) struct Opcodes {
     /// Gain maps, in the order of their application.
     pub gain_maps: Vec<GainMap>,
-    /// Gains by the radius, and then warps, of pictures with all channels.
-    pub radial_gains: Vec<RadialGain>,
-    pub warps: Vec<Warp>,
+    /// Corrections of pictures with all channels, in the order of their application.
+    pub lens: Vec<LensOpcode>,
     /// Identifiers of those that are left out.
     pub left_out: Vec<u32>,
 }
@@ -101,15 +101,10 @@ impl Opcodes {
                     Some(map) => opcodes.gain_maps.push(map),
                     None => opcodes.left_out.push(id),
                 },
-                FIX_VIGNETTE_RADIAL => match RadialGain::parse(parameters) {
-                    Some(gain) => opcodes.radial_gains.push(gain),
-                    None => opcodes.left_out.push(id),
+                _ => match LensOpcode::parse(id, parameters) {
+                    Some(opcode) if opcodes.lens.len() < MAX_LENS => opcodes.lens.push(opcode),
+                    _ => opcodes.left_out.push(id),
                 },
-                WARP_RECTILINEAR => match Warp::parse(parameters) {
-                    Some(warp) => opcodes.warps.push(warp),
-                    None => opcodes.left_out.push(id),
-                },
-                _ => opcodes.left_out.push(id),
             }
             at += 16 + length as usize;
         }

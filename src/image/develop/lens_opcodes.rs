@@ -3,8 +3,47 @@
 
 use rayon::prelude::*;
 
-/// Largest gain.
+use crate::lens_correction::{FIX_VIGNETTE_RADIAL, WARP_RECTILINEAR};
+
+/// Largest gain, and largest term of a polynomial.
 const MAX_GAIN: f64 = 1e4;
+const MAX_TERM: f64 = 1e6;
+
+/// A correction of a lens.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum LensOpcode {
+    /// `FixVignetteRadial`.
+    Gain(RadialGain),
+    /// `WarpRectilinear`.
+    Warp(Warp),
+}
+
+impl LensOpcode {
+    /// Reads the parameters of an opcode; `None` if it is another or malformed.
+    pub fn parse(id: u32, parameters: &[u8]) -> Option<Self> {
+        match id {
+            FIX_VIGNETTE_RADIAL => RadialGain::parse(parameters).map(Self::Gain),
+            WARP_RECTILINEAR => Warp::parse(parameters).map(Self::Warp),
+            _ => None,
+        }
+    }
+
+    /// Returns the identifier.
+    pub fn id(&self) -> u32 {
+        match self {
+            Self::Gain(_) => FIX_VIGNETTE_RADIAL,
+            Self::Warp(_) => WARP_RECTILINEAR,
+        }
+    }
+
+    /// Corrects a picture of this size.
+    pub fn apply(&self, size: [usize; 2], pixels: &mut Vec<[f32; 3]>) {
+        match self {
+            Self::Gain(gain) => gain.apply(size, pixels),
+            Self::Warp(warp) => *pixels = warp.apply(size, pixels),
+        }
+    }
+}
 
 /// Gain by the distance from a centre.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,10 +61,11 @@ pub(crate) struct Warp {
     centre: [f64; 2],
 }
 
+/// Reads numbers; `None` if one is beyond [`MAX_TERM`] or not a number.
 fn doubles(bytes: &[u8]) -> Option<Vec<f64>> {
     let (chunks, rest) = bytes.as_chunks::<8>();
     let numbers: Vec<f64> = chunks.iter().map(|chunk| f64::from_be_bytes(*chunk)).collect();
-    (rest.is_empty() && numbers.iter().all(|n| n.is_finite())).then_some(numbers)
+    (rest.is_empty() && numbers.iter().all(|n| n.abs() <= MAX_TERM)).then_some(numbers)
 }
 
 /// Returns the centre (pixels) and the distance to the farthest corner.
@@ -37,14 +77,14 @@ fn centre_and_reach(size: [usize; 2], centre: [f64; 2]) -> ([f64; 2], f64) {
 
 impl RadialGain {
     /// Reads the parameters; `None` if they are malformed.
-    pub fn parse(bytes: &[u8]) -> Option<Self> {
+    fn parse(bytes: &[u8]) -> Option<Self> {
         let [terms @ .., x, y] = <[f64; 7]>::try_from(doubles(bytes)?).ok()?;
         let centre = [x, y];
         centre.iter().all(|at| (0.0..=1.0).contains(at)).then_some(Self { terms, centre })
     }
 
     /// Multiplies a picture of this size.
-    pub fn apply(&self, size: [usize; 2], pixels: &mut [[f32; 3]]) {
+    fn apply(&self, size: [usize; 2], pixels: &mut [[f32; 3]]) {
         let ([x0, y0], reach) = centre_and_reach(size, self.centre);
         pixels.par_chunks_exact_mut(size[0]).enumerate().for_each(|(y, row)| {
             for (x, pixel) in row.iter_mut().enumerate() {
@@ -60,7 +100,7 @@ impl RadialGain {
 
 impl Warp {
     /// Reads the parameters; `None` if they are malformed or not for three channels.
-    pub fn parse(bytes: &[u8]) -> Option<Self> {
+    fn parse(bytes: &[u8]) -> Option<Self> {
         let (count, numbers) = bytes.split_first_chunk::<4>()?;
         let count = u32::from_be_bytes(*count) as usize;
         let numbers = doubles(numbers)?;
@@ -86,7 +126,7 @@ impl Warp {
     }
 
     /// Returns the corrected picture. Places beyond the border show the border.
-    pub fn apply(&self, size: [usize; 2], pixels: &[[f32; 3]]) -> Vec<[f32; 3]> {
+    fn apply(&self, size: [usize; 2], pixels: &[[f32; 3]]) -> Vec<[f32; 3]> {
         let (centre, reach) = centre_and_reach(size, self.centre);
         let mut corrected = vec![[0.0; 3]; pixels.len()];
         corrected.par_chunks_exact_mut(size[0]).enumerate().for_each(|(y, row)| {
@@ -98,11 +138,12 @@ impl Warp {
                 };
                 *pixel = match &self.planes[..] {
                     [red, green, blue] => {
-                        let planes =
-                            [red, green, blue].map(|terms| cubic(size, pixels, source(terms)));
-                        [planes[0][0], planes[1][1], planes[2][2]]
+                        let [red] = cubic(size, pixels, source(red), [0]);
+                        let [green] = cubic(size, pixels, source(green), [1]);
+                        let [blue] = cubic(size, pixels, source(blue), [2]);
+                        [red, green, blue]
                     }
-                    all => cubic(size, pixels, source(&all[0])),
+                    all => cubic(size, pixels, source(&all[0]), [0, 1, 2]),
                 };
             }
         });
@@ -110,8 +151,13 @@ impl Warp {
     }
 }
 
-/// Returns a picture between its pixels by cubic convolution (Keys 1981).
-fn cubic(size: [usize; 2], pixels: &[[f32; 3]], at: [f64; 2]) -> [f32; 3] {
+/// Returns channels of a picture between its pixels by cubic convolution (Keys 1981).
+fn cubic<const N: usize>(
+    size: [usize; 2],
+    pixels: &[[f32; 3]],
+    at: [f64; 2],
+    channels: [usize; N],
+) -> [f32; N] {
     let last = size.map(|n| n as f64 - 1.0);
     let at = [0, 1].map(|i| at[i].clamp(0.0, last[i]));
     let first = at.map(|at| at.floor());
@@ -124,14 +170,16 @@ fn cubic(size: [usize; 2], pixels: &[[f32; 3]], at: [f64; 2]) -> [f32; 3] {
             t * t * (-0.5 + 0.5 * t),
         ]
     });
-    let mut sum = [0.0; 3];
+    let mut sum = [0.0; N];
     let place =
         |axis: usize, i: usize| (first[axis] as usize + i).saturating_sub(1).min(size[axis] - 1);
     for (j, down) in weights[1].into_iter().enumerate() {
         let row = place(1, j) * size[0];
         for (i, across) in weights[0].into_iter().enumerate() {
             let pixel = pixels[row + place(0, i)];
-            sum = [0, 1, 2].map(|c| sum[c] + down * across * pixel[c]);
+            for (sum, channel) in sum.iter_mut().zip(channels) {
+                *sum += down * across * pixel[channel];
+            }
         }
     }
     sum
@@ -158,9 +206,9 @@ mod tests {
         let frame = [60, 40];
         for (origin, size) in [([0, 0], [60, 40]), ([10, 4], [40, 30])] {
             let opcodes = parsed(size, origin, frame);
-            assert_eq!((opcodes.radial_gains.len(), opcodes.left_out.len()), (1, 0));
+            assert_eq!((opcodes.lens.len(), opcodes.left_out.len()), (2, 0));
             let mut pixels = vec![[0.5; 3]; size[0] * size[1]];
-            opcodes.radial_gains[0].apply(size, &mut pixels);
+            opcodes.lens[0].apply(size, &mut pixels);
             for (i, pixel) in pixels.iter().enumerate() {
                 let x = (i % size[0]) as f64 + f64::from(origin[0]) + 0.5 - 30.0;
                 let y = (i / size[0]) as f64 + f64::from(origin[1]) + 0.5 - 20.0;
@@ -183,7 +231,8 @@ mod tests {
         let place = |i: usize| [(i % 90) as f64, (i / 90) as f64];
         let pixels: Vec<[f32; 3]> =
             (0..5400).map(|i| [0, 1, 2].map(|c| value(c, place(i)) as f32)).collect();
-        let corrected = opcodes.warps[0].apply(size, &pixels);
+        let mut corrected = pixels;
+        opcodes.lens[1].apply(size, &mut corrected);
         let half = 45.0_f64.hypot(30.0);
         for (i, pixel) in corrected.iter().enumerate() {
             let [x, y] = [place(i)[0] - 44.5, place(i)[1] - 29.5];
@@ -197,6 +246,49 @@ mod tests {
                 assert!(!inside || off.abs() < 2e-4, "{i}, {c}: off by {off}");
             }
         }
+    }
+
+    #[test]
+    fn opcodes_apply_in_the_order_of_their_list() {
+        let window = PictureWindow { origin: [0, 0], frame: [90, 60] };
+        let list = CORRECTION.opcodes([90, 60], window).unwrap();
+        // The count, the gain of 16 + 56 bytes, and the warp.
+        let (count, opcodes) = list.split_at(4);
+        let (gain, warp) = opcodes.split_at(72);
+        let turned = [count, warp, gain].concat();
+        let [first, second] = [&list, &turned].map(|list| {
+            let mut pixels = vec![[0.5; 3]; 90 * 60];
+            for opcode in Opcodes::parse(list).unwrap().lens {
+                opcode.apply([90, 60], &mut pixels);
+            }
+            pixels
+        });
+        // A gain before the warp is that of the radius in the photograph, which is smaller in the corner.
+        assert!(first[0][1] < 0.98 * second[0][1], "{:?} and {:?}", first[0], second[0]);
+    }
+
+    #[test]
+    fn hostile_terms_leave_no_pixel_that_is_not_a_number() {
+        let window = PictureWindow { origin: [0, 0], frame: [60, 40] };
+        let list = CORRECTION.opcodes([60, 40], window).unwrap();
+        for value in [1.7e308, -1.7e308, 1e6, -1e6, f64::INFINITY] {
+            for (first, other) in [(20, 28), (92 + 4, 92 + 12), (92 + 4 + 32, 92 + 4 + 40)] {
+                let mut hostile = list.clone();
+                hostile[first..first + 8].copy_from_slice(&value.to_be_bytes());
+                hostile[other..other + 8].copy_from_slice(&(-value).to_be_bytes());
+                let opcodes = Opcodes::parse(&hostile).unwrap();
+                let bounded = value.abs() <= 1e6;
+                assert_eq!(opcodes.left_out.is_empty(), bounded, "{value}, {first}");
+                let mut pixels = vec![[0.5; 3]; 60 * 40];
+                opcodes.lens.iter().for_each(|opcode| opcode.apply([60, 40], &mut pixels));
+                assert!(pixels.iter().flatten().all(|value| value.is_finite()), "{value}, {first}");
+            }
+        }
+        // More corrections than a lens has.
+        let warp = &list[4 + 72..];
+        let many = [&64_u32.to_be_bytes()[..], &warp.repeat(64)].concat();
+        let opcodes = Opcodes::parse(&many).unwrap();
+        assert_eq!((opcodes.lens.len(), opcodes.left_out.len()), (8, 56));
     }
 
     #[test]

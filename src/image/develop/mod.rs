@@ -20,6 +20,7 @@ use demosaic::demosaic;
 pub(crate) use gain_map::Opcodes;
 #[cfg(test)]
 pub(crate) use gain_map::tests as gain_map_tests;
+pub(crate) use lens_opcodes::LensOpcode;
 
 use crate::format::extension;
 use crate::{ImageError, Picture, RawCodes, WhiteBalance, declared, tiff};
@@ -146,7 +147,9 @@ impl RawFile {
             _ => {
                 let mut readings = self.levelled();
                 self.correct(&mut readings);
-                (readings.iter().map(|&value| [gain * value.min(1.0); 3]).collect(), None)
+                let mut pixels = readings.iter().map(|&value| [gain * value.min(1.0); 3]).collect();
+                self.correct_lens(&mut pixels);
+                (pixels, None)
             }
         };
         let picture = oriented(cropped(Picture { size, pixels }, self.crop), self.orientation);
@@ -166,11 +169,8 @@ impl RawFile {
 
     /// Corrects the falloff and the distortion of the lens in a picture with all channels.
     fn correct_lens(&self, pixels: &mut Vec<[f32; 3]>) {
-        for gain in &self.opcodes.radial_gains {
-            gain.apply(self.codes.size, pixels);
-        }
-        for warp in &self.opcodes.warps {
-            *pixels = warp.apply(self.codes.size, pixels);
+        for opcode in &self.opcodes.lens {
+            opcode.apply(self.codes.size, pixels);
         }
     }
 
@@ -242,6 +242,7 @@ fn oriented(picture: Picture, orientation: u8) -> Picture {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::{LensCorrection, PictureWindow};
 
     fn grey(codes: Vec<u16>, size: [usize; 2]) -> RawFile {
         RawFile {
@@ -262,6 +263,21 @@ mod tests {
         let Developed { picture, white, .. } = raw.develop(WhiteBalance::Off).unwrap();
         let found: Vec<f32> = picture.pixels.iter().map(|pixel| pixel[1]).collect();
         assert_eq!((found, white), (vec![0.0, 2.0, -0.1, 1.0], None));
+    }
+
+    #[test]
+    fn lenses_of_sensors_without_filters_are_corrected_too() {
+        let correction =
+            LensCorrection { warp: [[1.0, 0.0, 0.0, 0.0]; 3], gain: [1.0, 0.0, 0.0, 0.0, 0.0] };
+        let window = PictureWindow { origin: [0, 0], frame: [4, 4] };
+        let list = correction.opcodes([4, 4], window).unwrap();
+        let mut raw =
+            RawFile { opcodes: Opcodes::parse(&list).unwrap(), ..grey(vec![600; 16], [4, 4]) };
+        raw.black = [100.0; 4];
+        let Developed { picture, left_out, .. } = raw.develop(WhiteBalance::Off).unwrap();
+        // 1.5 pixels along both axes of 2.
+        assert!((picture.pixels[0][0] - (1.0 + 4.5 / 8.0)).abs() < 1e-6, "{:?}", picture.pixels[0]);
+        assert!(left_out.is_empty());
     }
 
     #[test]

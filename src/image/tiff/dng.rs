@@ -109,7 +109,9 @@ fn write(
     write_colours(&mut to, raw)?;
     // Converters stretch up to the saturation, which is less than the white of the picture at low speeds.
     let span = f64::from(raw.white - raw.black) / f64::from(raw.saturation - raw.black);
-    to.write_tag(tags::BASELINE_EXPOSURE, signed_rational(-span.log2()))?;
+    // They also stretch the largest channel of white to 1.
+    let stretch = span * raw.largest_neutral;
+    to.write_tag(tags::BASELINE_EXPOSURE, signed_rational(-stretch.log2()))?;
     // One pair for all channels: they have the same gain.
     let [signal, dark] = raw.noise;
     to.write_tag(tags::NOISE_PROFILE, &[signal * span, dark * span * span][..])?;
@@ -216,6 +218,7 @@ mod tests {
             filters: [0, 1, 1, 2],
             filter_side: 1,
             correction: None,
+            largest_neutral: 1.0,
             black: 100,
             white: 1123,
             saturation: 612,

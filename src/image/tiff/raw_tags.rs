@@ -3,8 +3,7 @@
 use super::mosaic::RawDirectory;
 use super::raw_colours::read_colours;
 use super::tags;
-use crate::develop::{Opcodes, RawFile};
-use crate::lens_correction::{FIX_VIGNETTE_RADIAL, WARP_RECTILINEAR};
+use crate::develop::{LensOpcode, Opcodes, RawFile};
 
 /// Largest correction of the exposure that is accepted (stops).
 const MAX_EXPOSURE: f64 = 32.0;
@@ -83,10 +82,9 @@ pub(crate) fn read_raw(bytes: &[u8]) -> Result<RawFile, String> {
             opcodes.left_out.extend(found.gain_maps.iter().map(|_| Opcodes::GAIN_MAP));
         }
         if tag == tags::OPCODE_LISTS[2] {
-            (opcodes.radial_gains, opcodes.warps) = (found.radial_gains, found.warps);
+            opcodes.lens = found.lens;
         } else {
-            let gains = found.radial_gains.iter().map(|_| FIX_VIGNETTE_RADIAL);
-            opcodes.left_out.extend(gains.chain(found.warps.iter().map(|_| WARP_RECTILINEAR)));
+            opcodes.left_out.extend(found.lens.iter().map(LensOpcode::id));
         }
         opcodes.left_out.extend(found.left_out);
     }

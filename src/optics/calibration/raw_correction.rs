@@ -41,6 +41,8 @@ impl Calibration {
             };
             samples.push((straight / corner, [shifted(0), r, shifted(1)].map(|r| r / corner)));
         }
+        // Errors of the polynomials of lateral colour add to those of the fit.
+        let of_colours = colours.map_or([0.0; 3], |[red, blue]| [red.error, 0.0, blue.error]);
         let mut error = [0.0_f64; 2];
         let mut warp = [[0.0; 4]; 3];
         for (channel, terms) in warp.iter_mut().enumerate() {
@@ -53,7 +55,7 @@ impl Calibration {
                 let square = r * r;
                 let found = r * terms.iter().rev().fold(0.0, |sum, k| sum * square + k);
                 let off = (found - seen[channel]).abs() * corner / self.pixels.pitch;
-                error[0] = error[0].max(off);
+                error[0] = error[0].max(off + of_colours[channel]);
             }
         }
         let light: Vec<[f64; 2]> = self

@@ -14,8 +14,10 @@ use petzval_image::Picture;
 pub struct Crosstalk(pub [f64; 3]);
 
 impl Crosstalk {
-    /// Largest share: a fifth for each neighbour and for the photosite itself.
-    pub const MOST: f64 = 0.8;
+    /// Largest share: a tenth for each neighbour. From a half on, no matrix undoes the mixing of channels.
+    pub const MOST: f64 = 0.4;
+    /// Largest charge: the sum of several is finite.
+    const LARGEST: f64 = 1e30;
 
     /// Returns whether charge stays where it is.
     pub fn is_none(&self) -> bool {
@@ -40,7 +42,8 @@ impl Crosstalk {
         };
         let charge = |[x, y]: [usize; 2], channel: usize| {
             let channel = filter.as_ref().map_or(channel, |filter| filter([x, y]));
-            (at_least_zero(f64::from(picture.pixels[y * width + x][channel])), self.0[channel])
+            let light = at_least_zero(f64::from(picture.pixels[y * width + x][channel]));
+            (light.min(Self::LARGEST), self.0[channel])
         };
         let mut spread = picture.clone();
         spread.pixels.par_chunks_mut(width.max(1)).enumerate().for_each(|(y, row)| {
@@ -123,6 +126,12 @@ mod tests {
         let channels = crosstalk.spread(&point, None::<fn([usize; 2]) -> usize>);
         assert_eq!(channels.pixels[12], [0.6, 0.8, 1.0]);
         assert_eq!(channels.pixels[11], [0.1, 0.05, 0.0]);
+        // Infinite light spreads to neighbours that collect some of it, and no further.
+        let endless = mosaic([5, 5], |i| if i == 12 { [f32::INFINITY; 3] } else { [0.5; 3] });
+        let spread = Crosstalk([0.4, 0.0, 0.1]).spread(&endless, Some(filter));
+        let charges: Vec<f32> = (0..25).map(|i| spread.pixels[i][filter([i % 5, i / 5])]).collect();
+        assert!(charges.iter().all(|charge| charge.is_finite() && *charge > 0.2), "{charges:?}");
+        assert!(charges[11] > 1e28 && charges[6] < 1.0, "{charges:?}");
         let one = crosstalk.spread(&mosaic([1, 1], |_| [1.0; 3]), Some(filter));
         assert!((one.pixels[0][0] - 1.0).abs() < 1e-6, "{:?}", one.pixels);
     }

@@ -7,9 +7,8 @@ use petzval_spectrum::{CameraSensor, D50, Primaries, Spectrum, adapt, d65, named
 
 use super::{BASE_ISO, Bayer, Sensor};
 
-/// White of illuminant A and of D65 (X, Y, Z; CIE 15:2004, table T.3).
+/// White of illuminant A (X, Y, Z; CIE 15:2004, table T.3).
 const WHITE_A: [f64; 3] = [1.0985, 1.0, 0.355_85];
-const WHITE_D65: [f64; 3] = [0.950_47, 1.0, 1.088_83];
 
 impl Sensor {
     /// Returns the description of the readings behind a mosaic, of this measured camera or of a sensor whose
@@ -42,12 +41,13 @@ impl Sensor {
             saturation: saturation as u16,
             daylight: mixed(
                 camera.map_or_else(linear_srgb, |camera| calibration(camera, &d65())),
-                WHITE_D65,
+                Primaries::SRGB.white_xyz().to_array(),
             ),
             tungsten: camera
                 .zip(named_spectrum("stdillum-A"))
                 .map(|(camera, tungsten)| mixed(calibration(camera, &tungsten), WHITE_A)),
             neutral: neutral.map(|channel| channel / largest),
+            largest_neutral: largest,
             noise: [1.0 / electrons, dark / (electrons * electrons)],
         }
     }
@@ -130,6 +130,7 @@ mod tests {
     #[test]
     fn colours_undo_the_crosstalk_of_even_surfaces() {
         let plain = raw("bayer=rggb");
+        assert_eq!(plain.largest_neutral, 1.0);
         let leaky = raw("bayer=rggb,crosstalk=20/10/5");
         let rows = |m: [[f64; 3]; 3]| DMat3::from_cols_array_2d(&m).transpose();
         for colour in [[1.0, 1.0, 1.0], [0.8, 0.2, 0.1], [0.05, 0.3, 0.9]] {
@@ -139,7 +140,7 @@ mod tests {
                 DVec3::new(0.8 * r + 0.1 * g, 0.1 * r + 0.9 * g + 0.025 * b, 0.95 * b + 0.1 * g);
             let white = DVec3::from_array(leaky.neutral);
             // Converters balance by AsShotNeutral, of which the largest channel is 1.
-            let balanced = seen / (white * 1.05);
+            let balanced = seen / (white * leaky.largest_neutral);
             let found = rows(leaky.daylight.to_xyz_d50) * balanced;
             let expected = rows(plain.daylight.to_xyz_d50) * light;
             assert!(found.abs_diff_eq(expected, 1e-4), "{colour:?}: {found}, not {expected}");

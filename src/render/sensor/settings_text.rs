@@ -324,7 +324,7 @@ mod tests {
                 "bayer=rgb",
                 "bayer: expected rggb, bggr, grbg or gbrg, or quad- before them, found \"rgb\"",
             ),
-            ("crosstalk=81", "crosstalk: expected % from 0 to 80"),
+            ("crosstalk=41", "crosstalk: expected % from 0 to 40"),
             ("crosstalk=1/2", "or three such numbers RED/GREEN/BLUE, found \"1/2\""),
             ("iso=100,iso=200", "iso is given twice"),
         ] {

@@ -73,7 +73,8 @@ impl StarFit {
         for y in rows {
             let dy = y as f64 - centre[1];
             // A row crosses the ring on both sides of its hole.
-            let [outer, hole] = [reach, radius - half].map(|r| (r * r - dy * dy).max(0.0).sqrt());
+            let [outer, hole] =
+                [reach, (radius - half).max(0.0)].map(|r| (r * r - dy * dy).max(0.0).sqrt());
             let last_left = clip((centre[0] - hole + 1.0).floor(), self.width);
             let first_right = clip((centre[0] + hole).floor(), self.width).max(last_left);
             let left = clip((centre[0] - outer).ceil(), self.width)..last_left;

@@ -294,8 +294,7 @@ impl DatasetSpec {
         }
         let mosaic = self.degraded.sensor.and_then(|sensor| sensor.bayer);
         if self.degraded.develop.is_some() && mosaic.is_none_or(|bayer| bayer.is_quad()) {
-            let hint =
-                "a picture is developed from the mosaic of a sensor: add bayer=rggb to 'sensor'";
+            let hint = "a picture is developed from a mosaic without a quad pattern: add bayer=rggb to 'sensor'";
             return Err(format!("degraded.develop: {hint}"));
         }
         let CleanSpec { camera, effects } = &self.clean;
