@@ -228,6 +228,7 @@ class Image:
         exposure: Union[float, Literal["auto"]] = 0.0,
         half: bool = False,
         bit_depth: Optional[Literal[8, 16]] = None,
+        multipart: bool = False,
     ) -> None: ...
     def _repr_png_(self) -> bytes: ...
 

@@ -94,7 +94,7 @@ fn layer_arrays<'py>(
     layers: Vec<ImageLayer>,
 ) -> PyResult<LayerArrays<'py>> {
     let (by_name, channels) = (PyDict::new(py), PyDict::new(py));
-    for ImageLayer { name, channels: columns } in layers {
+    for ImageLayer { name, channels: columns, .. } in layers {
         let count = columns.len();
         let mut values = vec![0.0; width * height * count];
         for (k, (_, column)) in columns.iter().enumerate() {
@@ -195,7 +195,7 @@ impl Image {
             }
             let column = |k: usize| view.rows().into_iter().map(|row| row[k]).collect();
             let channels = names.into_iter().enumerate().map(|(k, name)| (name, column(k)));
-            result.push(ImageLayer { name, channels: channels.collect() });
+            result.push(ImageLayer::new(&name, channels.collect()));
         }
         Ok(result)
     }
@@ -232,9 +232,9 @@ impl Image {
     /// of a mosaic, .dng, or the spectrum, or else the pixels, as an array, .npy.
     ///
     /// `exposure` is the brightness of PNG, JPEG and TIFF in stops, or "auto". `half` writes 16-bit floats
-    /// to EXR. `bit_depth` is that of PNG, 8 by default, or 16. A mosaic makes a file of one channel, `Y` in EXR. A file is replaced as a whole or not at all. Raises `ValueError` for a file of the scene
+    /// to EXR, `multipart` a part for each layer. `bit_depth` is that of PNG, 8 by default, or 16. A mosaic makes a file of one channel, `Y` in EXR. A file is replaced as a whole or not at all. Raises `ValueError` for a file of the scene
     /// or the lens.
-    #[pyo3(signature = (path, exposure = ExposureSetting::Stops(0.0), half = false, bit_depth = None))]
+    #[pyo3(signature = (path, exposure = ExposureSetting::Stops(0.0), half = false, bit_depth = None, multipart = false))]
     fn save(
         &self,
         py: Python<'_>,
@@ -242,13 +242,21 @@ impl Image {
         exposure: ExposureSetting,
         half: bool,
         bit_depth: Option<u32>,
+        multipart: bool,
     ) -> PyResult<()> {
         let exposure = exposure.exposure()?;
         let bit_depth = bit_depth.map(bits_of).transpose()?;
         let (picture, grey) = self.picture(py)?;
         let raw = self.raw;
-        let encoding =
-            EncodingOptions { exposure, half, bit_depth, grey, raw, ..EncodingOptions::default() };
+        let encoding = EncodingOptions {
+            exposure,
+            half,
+            multipart,
+            bit_depth,
+            grey,
+            raw,
+            ..EncodingOptions::default()
+        };
         let format = ImageFormat::of(&path).ok();
         let mut layers = match format {
             Some(ImageFormat::Exr | ImageFormat::Png | ImageFormat::Tiff | ImageFormat::Npy) => {

@@ -169,12 +169,13 @@ impl Job {
         &self,
         py: Python<'_>,
         picture: &Picture,
-        layers: Vec<ImageLayer>,
+        mut layers: Vec<ImageLayer>,
         more: Notes,
     ) -> PyResult<Image> {
         let mut notes = self.notes.clone();
         notes.retain(|(name, _)| more.iter().all(|(other, _)| other != name));
         notes.extend(more);
+        notes.extend(layers.iter_mut().flat_map(|layer| std::mem::take(&mut layer.notes)));
         let metadata = metadata(py, &notes)?.unbind();
         let (window, inputs) = (self.job.frame.window(), self.job.files.clone());
         let raw = self.job.raw_format();

@@ -23,7 +23,7 @@ pub(crate) fn write(
     to.write_all(&npy::header(&shape))?;
     let mut put = |value: f32| to.write_all(&value.to_le_bytes());
     match layer {
-        Some(ImageLayer { name, channels }) => {
+        Some(ImageLayer { name, channels, .. }) => {
             if channels.iter().any(|(_, values)| values.len() != width * height) {
                 let found = format!("a channel of {name} has another size than the picture");
                 return Err(io::Error::new(io::ErrorKind::InvalidInput, found));

@@ -23,6 +23,8 @@ pub enum BitDepth {
 pub struct EncodingOptions {
     /// Whether EXR files have 16-bit floats instead of 32-bit.
     pub half: bool,
+    /// Whether each layer has a part of its own in EXR files.
+    pub multipart: bool,
     /// Bits of a channel of PNG files, 8 by default. JPEG has 8 and TIFF 16 in any case.
     pub bit_depth: Option<BitDepth>,
     /// Exposure of formats for display.

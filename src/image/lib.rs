@@ -65,6 +65,15 @@ pub struct ImageLayer {
     pub name: String,
     /// Channels: a name, and a value for each pixel, row after row from the top.
     pub channels: Vec<(String, Vec<f32>)>,
+    /// Metadata of the layer, which EXR files hold as attributes.
+    pub notes: Notes,
+}
+
+impl ImageLayer {
+    /// Returns a layer without metadata.
+    pub fn new(name: &str, channels: Vec<(String, Vec<f32>)>) -> Self {
+        Self { name: name.to_owned(), channels, notes: Notes::new() }
+    }
 }
 
 /// Name of the layer of opacity: the channel A of a picture whose colours are premultiplied by it.

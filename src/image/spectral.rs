@@ -16,7 +16,7 @@ pub fn spectral_layer(wavelengths: &[f64], column: impl Fn(usize) -> Vec<f32>) -
     // A point would divide layers.
     let name = |nm: &f64| format!("{nm:.3}{UNIT}").replace('.', ",");
     let channels = wavelengths.iter().enumerate().map(|(i, nm)| (name(nm), column(i)));
-    ImageLayer { name: SPECTRAL_LAYER.to_owned(), channels: channels.collect() }
+    ImageLayer::new(SPECTRAL_LAYER, channels.collect())
 }
 
 /// Returns the wavelength of a channel of such a layer (nm).

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use crate::aov;
-use crate::aov::{Aov, HALVES, LayerRequest};
+use crate::aov::{Aov, HALVES, LayerRequest, MotionVectors};
 use crate::diffraction::Diffraction;
 use crate::film::{
     ExtraChannels, Frame, LightSplit, Response, SpectralSplit, TILE, Tile, TileSampler,
@@ -74,6 +74,8 @@ pub struct Job {
     pub sensor: Option<Sensor>,
     /// The times of the samples, if anything depends on them.
     pub timing: Option<Timing>,
+    /// The motion of all points across the picture, if a layer needs it.
+    pub motion_vectors: Option<Arc<MotionVectors>>,
     /// The files that the scene and the lens were read from.
     pub files: FileLog,
 }
@@ -184,6 +186,7 @@ impl Job {
             camera: &self.camera,
             frame: &self.frame,
             timing: self.timing.as_ref(),
+            motion_vectors: self.motion_vectors.as_ref(),
         }
     }
 

@@ -22,6 +22,7 @@ mod advance;
 mod checkpointer;
 mod deferred;
 mod disperse;
+mod film_projection;
 mod film_state;
 mod optical_image;
 mod progressive;
@@ -174,7 +175,8 @@ impl RenderOutput {
     pub fn layers(&self, job: &Job) -> Vec<ImageLayer> {
         let samples = job.samples.end - job.samples.start;
         let request = job.layer_request();
-        let mut layers = aov::layers(&request, samples, &self.film, self.features.as_ref());
+        let mut layers =
+            aov::layers(&request, samples, &self.film, self.features.as_ref(), &job.scene);
         job.convert_layers(&mut layers);
         layers.extend(self.film.spectrum(samples));
         layers

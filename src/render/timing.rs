@@ -112,6 +112,14 @@ impl Timing {
         [self.open, self.open + self.duration].map(|t| self.clamp(t))
     }
 
+    /// Returns when the exposure of a pixel begins and ends.
+    pub fn exposure_of(&self, pixel: [u32; 2], resolution: [u32; 2]) -> [f64; 2] {
+        let delay = self.readout.as_ref().map_or(0.0, |Readout { shutter, duration }| {
+            duration * shutter.readout_fraction(pixel, resolution)
+        });
+        [0.0, self.duration].map(|since| self.clamp(self.open + delay + since))
+    }
+
     fn readout_duration(&self) -> f64 {
         self.readout.as_ref().map_or(0.0, |readout| readout.duration)
     }

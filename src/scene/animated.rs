@@ -112,6 +112,11 @@ impl Scene {
         &self.animated.all
     }
 
+    /// Returns the number of instances that are not animated. Hits count the animated ones after them.
+    pub fn resting_instance_count(&self) -> u32 {
+        self.instances.len() as u32
+    }
+
     /// Returns the motion of each animated instance and the box of its object: lowest and highest
     /// corner, object space.
     pub fn animated_bounds(&self) -> impl Iterator<Item = ([Vec3; 2], &Motion)> {
@@ -155,6 +160,15 @@ impl Scene {
         (self.instances, self.world) = (frozen.instances.clone(), frozen.world.clone());
         self.animated = AnimatedInstances::default();
         *cache = Some(frozen);
+    }
+
+    /// Returns the object of an instance.
+    pub(super) fn object_of(&self, instance: u32) -> u32 {
+        let instance = instance as usize;
+        match self.instances.get(instance) {
+            Some(Instance { object, .. }) => *object,
+            None => self.animated.all[instance - self.instances.len()].object,
+        }
     }
 
     /// Returns the pose of an instance, at a time if it is animated.

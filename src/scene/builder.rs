@@ -10,7 +10,8 @@ use super::tangents::drop_unused_tangents;
 use super::world::{build_object, build_world};
 use super::{
     AnimatedInstance, AreaLight, Bvh, CurveSet, Emission, Geometry, Instance, InstancePose, Light,
-    Lights, Material, MaterialModel, Medium, MediumInterface, Scene, Shape, Sky, Texture, VACUUM,
+    Lights, Material, MaterialModel, Medium, MediumInterface, Scene, SceneNames, Shape, Sky,
+    Texture, VACUUM,
 };
 use crate::motion::Motion;
 use petzval_base::rays::NO_INDEX;
@@ -30,12 +31,22 @@ pub struct ShapeSpec {
     pub interface: Option<MediumInterface>,
     /// Index of the object that it belongs to; `None` is the world.
     pub object: Option<u32>,
+    /// Name, if the scene file gives one.
+    pub name: Option<String>,
 }
 
 impl ShapeSpec {
     /// Returns an opaque shape in the world that emits nothing.
     pub fn new(geometry: Geometry, material: u32) -> Self {
-        Self { geometry, material, emission: None, alpha: None, interface: None, object: None }
+        Self {
+            geometry,
+            material,
+            emission: None,
+            alpha: None,
+            interface: None,
+            object: None,
+            name: None,
+        }
     }
 }
 
@@ -93,6 +104,7 @@ pub struct SceneBuilder {
     animated: Vec<AnimatedInstance>,
     /// Indices of the shapes outside objects.
     world: Vec<u32>,
+    names: SceneNames,
 }
 
 impl SceneBuilder {
@@ -146,6 +158,16 @@ impl SceneBuilder {
         (self.objects.len() - 1) as u32
     }
 
+    /// Names an object.
+    pub fn name_object(&mut self, index: u32, name: &str) {
+        self.names.set_object(index, name);
+    }
+
+    /// Names a material.
+    pub fn name_material(&mut self, index: u32, name: &str) {
+        self.names.set_material(index, name);
+    }
+
     /// Adds a copy of an object to the world.
     pub fn add_instance(&mut self, object: u32, world_from_object: DAffine3) {
         self.instances.push((object, world_from_object));
@@ -162,8 +184,11 @@ impl SceneBuilder {
     /// Adds a shape to the world or to an object, and returns its index. Shapes of objects emit
     /// nothing. Patches and curves that emit light become triangles.
     pub fn add_shape(&mut self, spec: ShapeSpec) -> u32 {
-        let ShapeSpec { mut geometry, material, emission, alpha, interface, object } = spec;
+        let ShapeSpec { mut geometry, material, emission, alpha, interface, object, name } = spec;
         let shape = self.shapes.len() as u32;
+        if let Some(name) = name {
+            self.names.set_shape(shape, &name);
+        }
         let mut light = NO_INDEX;
         if let (Some(emission), None) = (emission, object) {
             geometry = geometry.into_emitter();
@@ -302,6 +327,7 @@ impl SceneBuilder {
             tangents,
             derivatives,
             vertex_colours,
+            names: Arc::new(self.names),
             frozen: Arc::default(),
         })
     }

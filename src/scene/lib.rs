@@ -22,6 +22,7 @@ mod material;
 mod material_colours;
 mod measured;
 pub mod medium;
+mod names;
 mod path_limits;
 mod spectral;
 mod spectral_error;
@@ -57,6 +58,7 @@ pub use medium::{
     MediumInterface, MediumModel, PlacedGrid, ScalarGrid, Subsurface, Surroundings, VACUUM,
     VaryingMedium, VoxelGrid, Voxels, henyey_greenstein, sample_henyey_greenstein_cosine,
 };
+pub use names::SceneNames;
 pub use path_limits::PathLimits;
 pub use spectral::SpectralScene;
 pub use spectral_error::{RgbError, RgbErrors};
@@ -132,7 +134,7 @@ impl InstancePose {
 }
 
 /// A shape where it stands in the world.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct PlacedShape {
     /// Index of the shape.
     pub shape: u32,
@@ -156,6 +158,8 @@ pub struct Scene {
     pub media: Arc<[Medium]>,
     /// Index of the medium around the camera, or [`VACUUM`].
     pub camera_medium: u32,
+    /// Names of shapes, objects and materials.
+    pub names: Arc<SceneNames>,
     instances: Arc<[Instance]>,
     /// One hierarchy for each object.
     objects: Arc<[Bvh]>,

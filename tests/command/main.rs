@@ -14,6 +14,7 @@ mod denoise;
 mod develop;
 mod docs;
 mod hostile;
+mod layers;
 mod measure;
 mod option_names;
 mod overwrite;

@@ -316,10 +316,8 @@ fn a_picture_over_its_own_sky_is_the_picture_without_an_opacity() {
 
 #[test]
 fn the_opacity_is_premultiplied_in_exr_and_straight_in_png() {
-    let layer = ImageLayer {
-        name: petzval_image::ALPHA_LAYER.to_owned(),
-        channels: vec![("A".to_owned(), vec![1.0, 0.5, 0.0])],
-    };
+    let opacity = vec![("A".to_owned(), vec![1.0, 0.5, 0.0])];
+    let layer = ImageLayer::new(petzval_image::ALPHA_LAYER, opacity);
     let picture = Picture { size: [3, 1], pixels: vec![[0.5; 3], [0.25; 3], [0.1; 3]] };
     let folder = folder();
     let write = |name: &str| {
@@ -367,4 +365,51 @@ fn the_variance_layer_is_that_of_the_mean() {
     // A sky alone has no variance through a pinhole.
     let empty = layers("pinhole", 16, 0, "LightSource \"infinite\"", &[Aov::Variance]);
     assert!(channel(&empty[0], "R").iter().all(|&v| v == 0.0));
+}
+
+#[test]
+fn mattes_name_what_a_pixel_sees_with_its_share() {
+    // A copy of an object out of focus covers the left, a wall behind it the right.
+    let world = "MakeNamedMaterial \"red\" \"string type\" \"diffuse\" NamedMaterial \"red\"\n"
+        .to_owned()
+        + "ObjectBegin \"board\"\n"
+        + &wall(-0.3, 0.3, 1.0)
+        + "ObjectEnd ObjectInstance \"board\"\nMaterial \"diffuse\"\n"
+        + &wall(8.9, 9.0, 3.0);
+    let layers = layers("3", 256, 0, &world, &[Aov::Cryptomatte, Aov::Depth]);
+    let depth = layers.last().expect("the layer of depths");
+    let names: Vec<&str> = layers.iter().map(|layer| layer.name.as_str()).collect();
+    assert_eq!(names[0], "CryptoObject00");
+    assert_eq!(names.len(), 10, "{names:?}");
+    let text = |layer: &ImageLayer, end: &str| {
+        let note = layer.notes.iter().find(|(name, _)| name.ends_with(end)).expect("an attribute");
+        note.1.to_string()
+    };
+    for (first, expected) in [
+        (0, &["board#0/shape 0", "shape 1"][..]),
+        (3, &["material 2", "red"]),
+        (6, &["board", "shape 1"]),
+    ] {
+        let [one, more @ ..] = &layers[first..first + 3] else { unreachable!() };
+        assert_eq!(format!("{}00", text(one, "/name")), one.name);
+        let manifest: serde_json::Value =
+            serde_json::from_str(&text(one, "/manifest")).expect("a manifest");
+        let manifest = manifest.as_object().expect("names");
+        let found: Vec<&str> = manifest.keys().map(String::as_str).collect();
+        assert_eq!(found, expected);
+        let mut blurred = 0;
+        for pixel in 0..SIZE * SIZE {
+            let [a, b] = ["R", "B"].map(|name| channel(one, name)[pixel].to_bits());
+            let [p, q] = ["G", "A"].map(|name| channel(one, name)[pixel]);
+            assert!(p >= q && (a != b || a == 0), "{p} {q}");
+            blurred += u32::from(q > 0.01);
+            let covered = channel(depth, "coverage")[pixel];
+            assert!((p + q - covered).abs() < 1e-5, "{p} + {q}, not {covered}");
+            let known = |id: u32| manifest.values().any(|known| known == &format!("{id:08x}"));
+            assert!((p == 0.0 || known(a)) && (q == 0.0 || known(b)), "{a:08x} {b:08x}");
+        }
+        assert!(blurred > 50, "{}: {blurred} pixels see both", one.name);
+        let channels = more.iter().flat_map(|layer| &layer.channels);
+        assert!(channels.into_iter().all(|(_, values)| values.iter().all(|&v| v == 0.0)));
+    }
 }

@@ -48,6 +48,11 @@ impl FileArguments {
 pub(in crate::cli) struct EncodingArguments {
     #[command(flatten)]
     pub file: FileArguments,
+    /// Write each layer into a part of its own (EXR)
+    ///
+    /// Programs then read the layers that they show, and no others. The names of the channels are the same
+    #[arg(long, help_heading = "Picture")]
+    pub multipart: bool,
     /// Brightness of PNG, JPEG and TIFF in stops, such as -1.5 or 2EV, or auto (default)
     ///
     /// The summary of the render prints the stops that auto finds, and the files store them. 0 shows
@@ -109,6 +114,10 @@ impl EncodingArguments {
             warn_of_error(&raw_correction(job)?);
         }
         self.file.warn(output, format);
+        if self.multipart && format != ImageFormat::Exr {
+            let name = output.display();
+            say!("petzval: warning: --multipart is for EXR; {name} has one part");
+        }
         if format == ImageFormat::Dng && job.frame.size().into_iter().any(|n| n < LEAST_RAW) {
             let name = output.display();
             say!(
@@ -146,6 +155,7 @@ impl EncodingArguments {
         let scene = job.encoding(self.exposure_of(job, in_sweep));
         EncodingOptions {
             half: scene.half || self.file.half,
+            multipart: self.multipart,
             bit_depth: self.file.bit_depth,
             tone: self.file.tone,
             white_balance: self.white_balance,

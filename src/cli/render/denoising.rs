@@ -86,10 +86,8 @@ pub(super) fn noisy_layer(picture: &Picture, encoding: &EncodingOptions) -> Imag
     };
     let names: &[&str] = if encoding.grey { &["Y"] } else { &["R", "G", "B"] };
     let channels = names.iter().zip(0..);
-    ImageLayer {
-        name: "noisy".to_owned(),
-        channels: channels.map(|(name, c)| ((*name).to_owned(), channel(c))).collect(),
-    }
+    let channels = channels.map(|(name, c)| ((*name).to_owned(), channel(c)));
+    ImageLayer::new("noisy", channels.collect())
 }
 
 /// Returns the names that the noisy picture of a picture may have: beside a picture in a format without

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use exr::meta::header::Header;
 use exr::prelude::*;
 
 use super::read::hold_parts;
@@ -20,52 +21,61 @@ pub struct PictureLayers {
 }
 
 impl PictureLayers {
-    /// Reads the layers of an OpenEXR file: all channels that are called `layer.channel`, and `A`.
+    /// Reads the layers of an OpenEXR file, of one part or of several: all channels that are called `layer.channel`,
+    /// `A`, and the channels of further parts, which may give the layer's name themselves.
     ///
     /// # Errors
-    /// Returns an error if the file cannot be read, or if its channels have several resolutions.
+    /// Returns an error if the file cannot be read, or if its channels or parts have several sizes.
     pub fn read(path: &Path, context: &ReadContext) -> std::result::Result<Self, ImageError> {
-        let bytes = |header: &exr::meta::header::Header| 2 * header.channels.bytes_per_pixel as u64;
+        let bytes = |parts: &[Header]| {
+            2 * parts.iter().map(|part| part.channels.bytes_per_pixel as u64).sum::<u64>()
+        };
         let _held = hold_parts(path, context, bytes)?;
         let image = exr::prelude::read()
             .no_deep_data()
             .largest_resolution_level()
             .all_channels()
-            .first_valid_layer()
+            .all_layers()
             .all_attributes()
             .from_file(path)
             .map_err(|error| match error {
                 Error::Io(source) => ImageError::Io { verb: "read", path: path.to_owned(), source },
                 other => ImageError::Malformed { path: path.to_owned(), found: other.to_string() },
             })?;
-        let part = image.layer_data;
-        let origin = part.attributes.layer_position;
+        let malformed = |found| ImageError::Malformed { path: path.to_owned(), found };
+        let window = |part: &Layer<_>| (part.attributes.layer_position, part.size);
+        let Some(first) = image.layer_data.first().map(window) else {
+            return Err(malformed("the file has no part".to_owned()));
+        };
+        let (origin, size) = first;
         let mut found = Self {
             origin: [origin.x(), origin.y()],
-            size: [part.size.width(), part.size.height()],
+            size: [size.width(), size.height()],
             layers: Vec::new(),
         };
-        for channel in part.channel_data.list {
-            let full_name = channel.name.to_string();
-            let (layer, name) = match full_name.rsplit_once('.') {
-                Some(parts) => parts,
-                None if full_name == "A" => (ALPHA_LAYER, "A"),
-                None => continue,
-            };
-            if channel.sampling != Vec2(1, 1) {
-                return Err(ImageError::Malformed {
-                    path: path.to_owned(),
-                    found: format!("the channel {full_name} leaves out pixels"),
-                });
+        for (number, part) in image.layer_data.into_iter().enumerate() {
+            let part_name = part.attributes.layer_name.as_ref().map(Text::to_string);
+            if window(&part) != first {
+                let name = part_name.unwrap_or_default();
+                return Err(malformed(format!(
+                    "the part \"{name}\" has another size than the first"
+                )));
             }
-            let values = channel.sample_data.values_as_f32().collect();
-            let values = (name.to_owned(), values);
-            match found.layers.iter_mut().find(|known| known.name == layer) {
-                Some(known) => known.channels.push(values),
-                None => {
-                    found
-                        .layers
-                        .push(ImageLayer { name: layer.to_owned(), channels: vec![values] });
+            for channel in part.channel_data.list {
+                let full_name = channel.name.to_string();
+                let (layer, name) = match (full_name.rsplit_once('.'), &part_name) {
+                    (Some(names), _) => names,
+                    (None, Some(part)) if number > 0 => (&part[..], &full_name[..]),
+                    (None, _) if full_name == "A" => (ALPHA_LAYER, "A"),
+                    (None, _) => continue,
+                };
+                if channel.sampling != Vec2(1, 1) {
+                    return Err(malformed(format!("the channel {full_name} leaves out pixels")));
+                }
+                let values = (name.to_owned(), channel.sample_data.values_as_f32().collect());
+                match found.layers.iter_mut().find(|known| known.name == layer) {
+                    Some(known) => known.channels.push(values),
+                    None => found.layers.push(ImageLayer::new(layer, vec![values])),
                 }
             }
         }
@@ -88,19 +98,24 @@ mod tests {
             (name.to_owned(), (0..60).map(|i| scale * i as f32 - 1.0).collect::<Vec<f32>>())
         };
         let layers = [
-            ImageLayer { name: ALPHA_LAYER.into(), channels: vec![channel("A", 0.01)] },
-            ImageLayer {
-                name: "object".into(),
-                channels: vec![channel("instance", 3.0), channel("shape", 1.0)],
-            },
+            ImageLayer::new(ALPHA_LAYER, vec![channel("A", 0.01)]),
+            ImageLayer::new("object", vec![channel("instance", 3.0), channel("shape", 1.0)]),
         ];
         let window = PictureWindow { origin: [5, 7], frame: [30, 40] };
         let to = OutputFile::new(&path, &FileLog::default()).unwrap();
-        let encoding = EncodingOptions::default();
-        picture.write_with_layers(&layers, &to, window, encoding, &Vec::new()).unwrap();
-        let found = PictureLayers::read(&path, &ReadContext::default()).unwrap();
-        assert_eq!((found.origin, found.size), ([5, 7], [3, 20]));
-        assert_eq!(found.layers, layers);
+        for multipart in [false, true] {
+            let encoding = EncodingOptions { multipart, ..EncodingOptions::default() };
+            picture.write_with_layers(&layers, &to, window, encoding, &Vec::new()).unwrap();
+            let found = PictureLayers::read(&path, &ReadContext::default()).unwrap();
+            assert_eq!((found.origin, found.size), ([5, 7], [3, 20]));
+            assert_eq!(found.layers, layers);
+            assert_eq!(Picture::read(&path).unwrap(), picture);
+            let parts = exr::meta::MetaData::read_from_file(&path, false).unwrap().headers;
+            let names = parts.iter().map(|part| part.own_attributes.layer_name.clone());
+            let names: Vec<_> = names.map(|name| name.map(|name| name.to_string())).collect();
+            let expected = [Some("rgba".to_owned()), Some("object".to_owned())];
+            assert_eq!(names, if multipart { expected.to_vec() } else { vec![None] });
+        }
 
         std::fs::write(&path, &std::fs::read(&path).unwrap()[..300]).unwrap();
         let error = PictureLayers::read(&path, &ReadContext::default()).unwrap_err();

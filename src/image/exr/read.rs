@@ -84,13 +84,13 @@ fn read_held(path: &Path) -> std::result::Result<(Picture, bool), ImageError> {
         })
 }
 
-/// Holds the memory that the reading of a file takes, with this many bytes per pixel of a part: those of the first
+/// Holds the memory that the reading of a file takes, with this many bytes per pixel: those of the first
 /// picture that is valid, thus of the largest part, and the blocks in work. A header that cannot be read is
 /// left to the reader's error.
 pub(super) fn hold_parts(
     path: &Path,
     context: &ReadContext,
-    pixel: impl Fn(&Header) -> u64,
+    pixel: impl Fn(&[Header]) -> u64,
 ) -> std::result::Result<HeldMemory, ImageError> {
     let refused = |found| too_large(path, found);
     let mut held = context.hold(0).map_err(refused)?;
@@ -107,7 +107,7 @@ pub(super) fn hold_parts(
     }
     let area = |header: &&Header| header.layer_size.area();
     if let Some(largest) = meta.headers.iter().max_by_key(area) {
-        held = hold_picture(context, path, size(largest), pixel(largest))?.with(held);
+        held = hold_picture(context, path, size(largest), pixel(&meta.headers))?.with(held);
     }
     Ok(held)
 }

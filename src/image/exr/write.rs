@@ -21,14 +21,20 @@ use petzval_spectrum::Primaries;
 /// Largest finite 16-bit float.
 const HALF_MAX: f32 = 65504.0;
 
-/// Writes one part: R, G and B, or Y of a grey picture, and the channels of layers as `layer.channel`, where
+/// Name of the part of the colours in a file of several parts.
+const COLOUR_PART: &str = "rgba";
+
+/// Writes R, G and B, or Y of a grey picture, and the channels of layers as `layer.channel`, where
 /// compositors look for layers; that of the opacity is A. Layers always have 32-bit floats, as they may hold
 /// counts.
+///
+/// All channels are in one part or, if so asked, those of each layer in a part with its name. The names of channels
+/// are the same, and the opacity stays beside the colours.
 pub(crate) fn write(
     picture: &Picture,
     layers: &[ImageLayer],
     window: PictureWindow,
-    EncodingOptions { half, space, grey, .. }: EncodingOptions,
+    EncodingOptions { half, multipart, space, grey, .. }: EncodingOptions,
     notes: &Notes,
     file: &mut File,
 ) -> io::Result<()> {
@@ -43,6 +49,10 @@ pub(crate) fn write(
     let is_spectral = layers.iter().any(|layer| layer.name == SPECTRAL_LAYER);
     let spectral = if is_spectral { spectral_notes() } else { Notes::new() };
     let (mut layer, mut image) = attributes(notes.iter().chain(&spectral));
+    // The first part has the metadata of all layers: some programs read no other.
+    for extra in layers {
+        layer.other.extend(attributes(extra.notes.iter()).1.other);
+    }
     if let (Some(space), Some(_)) = (space, &matrix) {
         let [red, green, blue, white] = space.coordinates().map(|[x, y]| Vec2(x as f32, y as f32));
         image.chromaticities = Some(Chromaticities { red, green, blue, white });
@@ -63,8 +73,19 @@ pub(crate) fn write(
         AnyChannel::new(name, Values::Colour { pixels: &picture.pixels, channel, row, half })
     };
     let names: &[&str] = if grey { &["Y"] } else { &["R", "G", "B"] };
-    let mut list: SmallVec<[_; 4]> = names.iter().copied().zip(0..).map(colour).collect();
+    let mut parts: Vec<(LayerAttributes, SmallVec<[_; 4]>)> =
+        vec![(layer.clone(), names.iter().copied().zip(0..).map(colour).collect())];
+    if multipart {
+        parts[0].0.layer_name = Some(Text::from(COLOUR_PART));
+    }
     for extra in layers {
+        if multipart && extra.name != ALPHA_LAYER {
+            let (own, shared) = attributes(extra.notes.iter());
+            let mut own = LayerAttributes { layer_position: layer.layer_position, ..own };
+            own.layer_name = Some(ascii(&extra.name));
+            own.other = shared.other;
+            parts.push((own, SmallVec::new()));
+        }
         for (name, values) in &extra.channels {
             if values.len() != width * height {
                 let (found, expected) = (values.len(), width * height);
@@ -76,11 +97,15 @@ pub(crate) fn write(
                 true => ascii(name),
                 false => ascii(&format!("{}.{name}", extra.name)),
             };
-            list.push(AnyChannel::new(name, Values::Layer(values)));
+            let place = if extra.name == ALPHA_LAYER { 0 } else { parts.len() - 1 };
+            parts[place].1.push(AnyChannel::new(name, Values::Layer(values)));
         }
     }
-    let layer = Layer::new((width, height), layer, encoding, AnyChannels::sort(list));
-    Image::new(image, layer).write().to_buffered(out).map_err(failed)
+    let parts = parts.into_iter().map(|(attributes, list)| {
+        Layer::new((width, height), attributes, encoding, AnyChannels::sort(list))
+    });
+    let parts: Layers<_> = parts.collect();
+    Image::from_layers(image, parts).write().to_buffered(out).map_err(failed)
 }
 
 /// Writes channels of 32-bit floats whose pixels may lie beyond the frame, as overscan.

@@ -68,8 +68,7 @@ mod tests {
         let picture = picture();
         let window = PictureWindow { origin: [0, 0], frame: [300, 700] };
         let opacity = (0..300 * 700).map(|i| (1 + i % 997) as f32 / 1000.0).collect();
-        let layer =
-            ImageLayer { name: ALPHA_LAYER.to_owned(), channels: vec![("A".to_owned(), opacity)] };
+        let layer = ImageLayer::new(ALPHA_LAYER, vec![("A".to_owned(), opacity)]);
         for (grey, layers) in [(false, vec![]), (true, vec![]), (false, vec![layer])] {
             let bit_depth = Some(BitDepth::Sixteen);
             let encoding = EncodingOptions { grey, bit_depth, ..EncodingOptions::default() };

@@ -42,7 +42,7 @@ mod tests {
 
     fn layer(aov: Aov, vectors: [[f32; 3]; 2]) -> ImageLayer {
         let channel = |i: usize| (format!("{i}"), vectors.iter().map(|v| v[i]).collect());
-        ImageLayer { name: aov.name().to_owned(), channels: (0..3).map(channel).collect() }
+        ImageLayer::new(aov.name(), (0..3).map(channel).collect())
     }
 
     fn first(layer: &ImageLayer) -> [f32; 3] {

@@ -2,11 +2,13 @@
 
 use std::io;
 
+use super::coverage::Coverage;
 use super::features::TileFeatures;
-use super::{Aov, LayerRequest};
+use super::{Aov, LayerRequest, cryptomatte};
 use crate::film::{Frame, Tile, clamp_to_f32};
 use petzval_base::io::codec::{ChecksumReader, ChecksumWriter};
 use petzval_image::{ALPHA_LAYER, ImageLayer};
+use petzval_scene::Scene;
 
 /// Feature sums of one pixel.
 #[derive(Clone, Copy, Debug, Default)]
@@ -18,6 +20,9 @@ pub(super) struct PixelFeatures {
     pub depth: f64,
     /// Sum of the weights of all paths whose circle of confusion is finite, and of these circles.
     pub coc: [f64; 2],
+    /// Sum of the weights of paths whose motion is known, and of their motion (pixels): of those that meet a surface or
+    /// a medium, and of those that leave the scene.
+    pub motion: [[f64; 3]; 2],
     /// Sum of the weights of all paths as they leave the lens, and of those that leave the scene.
     pub beyond: [f64; 2],
     pub position: [f64; 3],
@@ -35,6 +40,14 @@ impl PixelFeatures {
         }
     }
 
+    /// Adds the motion across the picture (pixels) of what a path meets.
+    pub fn add_motion(&mut self, weight: f64, [x, y]: [f64; 2], leaves: bool) {
+        if x.is_finite() && y.is_finite() {
+            let sums = &mut self.motion[usize::from(leaves)];
+            *sums = [sums[0] + weight, sums[1] + weight * x, sums[2] + weight * y];
+        }
+    }
+
     /// Adds the sums of later paths.
     fn add(&mut self, other: &Self) {
         self.taken = self.taken.saturating_add(other.taken);
@@ -42,6 +55,8 @@ impl PixelFeatures {
         self.weight = [0, 1].map(|i| self.weight[i] + other.weight[i]);
         self.depth += other.depth;
         self.coc = [0, 1].map(|i| self.coc[i] + other.coc[i]);
+        let sums = self.motion.as_flattened_mut().iter_mut().zip(other.motion.as_flattened());
+        sums.for_each(|(sum, more)| *sum += more);
         self.beyond = [0, 1].map(|i| self.beyond[i] + other.beyond[i]);
         for axis in 0..3 {
             self.position[axis] += other.position[axis];
@@ -52,10 +67,10 @@ impl PixelFeatures {
     }
 
     /// Returns all sums in the order in which they are saved.
-    fn numbers(&mut self) -> [&mut [f64]; 7] {
-        let Self { weight, depth, coc, beyond, position, normal, albedo, .. } = self;
+    fn numbers(&mut self) -> [&mut [f64]; 8] {
+        let Self { weight, depth, coc, motion, beyond, position, normal, albedo, .. } = self;
         let one = std::slice::from_mut;
-        [weight, one(depth), coc, beyond, position, normal, albedo]
+        [weight, one(depth), coc, motion.as_flattened_mut(), beyond, position, normal, albedo]
     }
 
     /// Returns the share of the background that is covered.
@@ -88,22 +103,40 @@ impl PixelFeatures {
 
 /// Feature sums of the pixels of a tile.
 #[derive(Clone, Debug)]
-pub(crate) struct FeatureSums(pub(super) Vec<PixelFeatures>);
+pub(crate) struct FeatureSums {
+    pub(super) pixels: Vec<PixelFeatures>,
+    /// The coverage of each pixel; empty if no requested layer needs it.
+    pub(super) coverage: Vec<Coverage>,
+}
 
 impl FeatureSums {
+    /// Returns empty sums for a number of pixels.
+    pub(super) fn new(request: &LayerRequest<'_>, pixels: usize) -> Self {
+        let covered = if request.layers.contains(&Aov::Cryptomatte) { pixels } else { 0 };
+        Self {
+            pixels: vec![PixelFeatures::default(); pixels],
+            coverage: vec![Coverage::default(); covered],
+        }
+    }
+
     pub(crate) fn save(&self, to: &mut ChecksumWriter) -> io::Result<()> {
-        self.0.iter().try_for_each(|sum| sum.save(to))
+        self.pixels.iter().try_for_each(|sum| sum.save(to))?;
+        self.coverage.iter().try_for_each(|coverage| coverage.save(to))
     }
 
     /// Adds the saved sums of later paths of the same tile.
     pub(crate) fn receive(&mut self, from: &mut ChecksumReader) -> io::Result<()> {
-        self.0.iter_mut().try_for_each(|sum| sum.receive(from))
+        self.pixels.iter_mut().try_for_each(|sum| sum.receive(from))?;
+        self.coverage.iter_mut().try_for_each(|coverage| coverage.receive(from))
     }
 
     /// Adds the sums of later paths of the same tile.
     pub(super) fn add(&mut self, other: &Self) {
-        for (sum, other) in self.0.iter_mut().zip(&other.0) {
+        for (sum, other) in self.pixels.iter_mut().zip(&other.pixels) {
             sum.add(other);
+        }
+        for (sum, other) in self.coverage.iter_mut().zip(&other.coverage) {
+            sum.add_all(other);
         }
     }
 }
@@ -112,31 +145,42 @@ impl FeatureSums {
 #[derive(Clone, Debug)]
 pub struct FeatureFilm {
     frame: Frame,
-    sums: Vec<PixelFeatures>,
+    sums: FeatureSums,
 }
 
 impl FeatureFilm {
     /// Returns the size of a pixel (bytes): 0 if no requested layer needs features.
     pub fn bytes(request: &LayerRequest<'_>) -> u64 {
-        if TileFeatures::are_needed(request) { size_of::<PixelFeatures>() as u64 } else { 0 }
+        let features =
+            if TileFeatures::are_needed(request) { size_of::<PixelFeatures>() as u64 } else { 0 };
+        let is_matted = request.layers.contains(&Aov::Cryptomatte);
+        features + if is_matted { Coverage::TYPICAL_BYTES } else { 0 }
     }
 
     /// Returns an empty film; `None` if no requested layer needs one.
     pub fn new(request: &LayerRequest<'_>) -> Option<Self> {
         TileFeatures::are_needed(request).then(|| {
             let [width, height] = request.frame.size().map(|n| n as usize);
-            Self { frame: *request.frame, sums: vec![PixelFeatures::default(); width * height] }
+            Self { frame: *request.frame, sums: FeatureSums::new(request, width * height) }
         })
     }
 
     /// Returns the sums of a tile.
     pub(crate) fn tile(&self, tile: &Tile) -> FeatureSums {
-        FeatureSums(tile.cut(&self.frame, &self.sums))
+        let FeatureSums { pixels, coverage } = &self.sums;
+        let coverage = match coverage.is_empty() {
+            true => Vec::new(),
+            false => tile.cut(&self.frame, coverage),
+        };
+        FeatureSums { pixels: tile.cut(&self.frame, pixels), coverage }
     }
 
     /// Replaces the sums of a tile.
     pub(crate) fn put(&mut self, tile: &Tile, sums: &FeatureSums) {
-        tile.paste(&self.frame, &sums.0, &mut self.sums);
+        tile.paste(&self.frame, &sums.pixels, &mut self.sums.pixels);
+        if !sums.coverage.is_empty() {
+            tile.paste(&self.frame, &sums.coverage, &mut self.sums.coverage);
+        }
     }
 
     /// Adds the features of later paths of a tile.
@@ -149,7 +193,7 @@ impl FeatureFilm {
     /// Returns a layer of first-surface features; `None` for other layers.
     pub(super) fn layer(&self, aov: Aov) -> Option<ImageLayer> {
         let all = |value: &dyn Fn(&PixelFeatures) -> f64| -> Vec<f32> {
-            self.sums.iter().map(|sum| clamp_to_f32(value(sum))).collect()
+            self.sums.pixels.iter().map(|sum| clamp_to_f32(value(sum))).collect()
         };
         let mean = |total: f64, weight: f64| if weight > 0.0 { total / weight } else { 0.0 };
         let id = |place: usize| {
@@ -183,9 +227,25 @@ impl FeatureFilm {
                 ],
             ),
             Aov::Coc => ("coc", vec![one("um", all(&|sum| mean(sum.coc[1], sum.coc[0])))]),
+            Aov::Motion => {
+                // Edges before the sky keep the motion of the surface.
+                let way = |axis: usize| {
+                    all(&|PixelFeatures { motion: [surfaces, sky], .. }| {
+                        let sums = if surfaces[0] > 0.0 { surfaces } else { sky };
+                        mean(sums[1 + axis], sums[0])
+                    })
+                };
+                ("motion", vec![one("X", way(0)), one("Y", way(1))])
+            }
             Aov::Alpha => (ALPHA_LAYER, vec![one("A", all(&PixelFeatures::alpha))]),
-            Aov::Variance | Aov::Vignetting | Aov::DualPixel => return None,
+            Aov::Variance | Aov::Vignetting | Aov::DualPixel | Aov::Cryptomatte => return None,
         };
-        Some(ImageLayer { name: name.to_owned(), channels })
+        Some(ImageLayer::new(name, channels))
+    }
+
+    /// Returns the layers of Cryptomatte.
+    pub(super) fn mattes(&self, scene: &Scene) -> Vec<ImageLayer> {
+        let weights = || self.sums.pixels.iter().map(|sum| sum.weight[0]);
+        cryptomatte::layers(scene, || self.sums.coverage.iter().zip(weights()))
     }
 }

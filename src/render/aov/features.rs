@@ -4,18 +4,20 @@
 //! not bias the means.
 
 use std::io;
+use std::sync::Arc;
 
-use glam::{Affine3A, Vec3};
+use glam::{Affine3A, DVec3, Vec3};
 
 use super::circle_of_confusion::CircleOfConfusion;
-use super::feature_film::{FeatureSums, PixelFeatures};
+use super::feature_film::FeatureSums;
+use super::motion_vectors::{MotionVectors, SeenPoint};
 use super::{Aov, LayerRequest};
 use crate::film::Tile;
 use crate::shade::{PixelFootprint, albedo};
 use petzval_base::io::codec::{ChecksumReader, ChecksumWriter};
-use petzval_base::rays::{Hit, HitBatch, NO_INDEX, RayBatch, SampleBatch};
-use petzval_scene::Scene;
+use petzval_base::rays::{Hit, HitBatch, NO_INDEX, Ray, RayBatch, SampleBatch};
 use petzval_scene::motion::Motion;
+use petzval_scene::{PlacedShape, Scene};
 
 /// Accumulates the features of a tile.
 #[derive(Clone, Debug)]
@@ -24,6 +26,7 @@ pub struct TileFeatures {
     camera_from_world: Affine3A,
     camera_motion: Option<Motion>,
     confusion: Option<CircleOfConfusion>,
+    motion: Option<TileMotion>,
     footprint: PixelFootprint,
 }
 
@@ -39,13 +42,15 @@ impl TileFeatures {
     /// Returns empty sums for a tile; `None` if no requested layer needs them.
     pub fn new(request: &LayerRequest<'_>, tile: &Tile) -> Option<Self> {
         Self::are_needed(request).then(|| Self {
-            sums: FeatureSums(vec![
-                PixelFeatures::default();
-                (tile.size[0] * tile.size[1]) as usize
-            ]),
+            sums: FeatureSums::new(request, (tile.size[0] * tile.size[1]) as usize),
             camera_from_world: rounded(&request.camera.world_from_camera.inverse()),
             camera_motion: request.timing.and_then(|timing| timing.camera_motion.clone()),
             confusion: CircleOfConfusion::new(request.camera),
+            motion: request.motion_vectors.map(|vectors| TileMotion {
+                vectors: Arc::clone(vectors),
+                tile: *tile,
+                stopped: request.timing.is_none(),
+            }),
             footprint: PixelFootprint::new(request.camera, request.frame.resolution),
         })
     }
@@ -70,7 +75,7 @@ impl TileFeatures {
         for i in 0..rays.len {
             let weight = weight(rays, i);
             if weight.is_finite() {
-                self.sums.0[samples.pixel[rays.slot[i] as usize] as usize].beyond[0] += weight;
+                self.sums.pixels[samples.pixel[rays.slot[i] as usize] as usize].beyond[0] += weight;
             }
         }
     }
@@ -84,11 +89,12 @@ impl TileFeatures {
         samples: &SampleBatch,
     ) {
         for i in 0..samples.len {
-            self.sums.0[samples.pixel[i] as usize].taken += 1;
+            self.sums.pixels[samples.pixel[i] as usize].taken += 1;
         }
         for i in 0..rays.len {
             let slot = rays.slot[i] as usize;
-            let sum = &mut self.sums.0[samples.pixel[slot] as usize];
+            let pixel = samples.pixel[slot] as usize;
+            let sum = &mut self.sums.pixels[pixel];
             let (ray, hit) = (rays.ray(i), hits[i]);
             let weight = weight(rays, i);
             sum.passed += 1;
@@ -97,6 +103,11 @@ impl TileFeatures {
                 continue;
             }
             sum.weight[0] += weight;
+            if let Some(moving) = &self.motion
+                && let Some(vector) = moving.vector(&ray, &hit, samples.time[slot], pixel)
+            {
+                sum.add_motion(weight, vector, hit.shape == NO_INDEX);
+            }
             let (motion, time) = (self.camera_motion.as_ref(), samples.time[slot]);
             let depth_of = |point| {
                 let position = position_at_rest(motion, point, time);
@@ -115,6 +126,9 @@ impl TileFeatures {
                     sum.add_circle(weight, circle(depth_of(Vec3::from(ray.origin) + along)));
                 }
                 continue;
+            }
+            if let Some(coverage) = self.sums.coverage.get_mut(pixel) {
+                coverage.add(PlacedShape { shape: hit.shape, instance: hit.instance }, weight);
             }
             let (shape, point) = scene.surface(&ray, &hit);
             sum.ids.get_or_insert([
@@ -141,6 +155,31 @@ impl TileFeatures {
                 sum.albedo[axis] += weight * f64::from(colour[axis]);
             }
         }
+    }
+}
+
+/// Motion of what the pixels of a tile see.
+#[derive(Clone, Debug)]
+struct TileMotion {
+    vectors: Arc<MotionVectors>,
+    tile: Tile,
+    /// Whether the scene stands still while it is seen.
+    stopped: bool,
+}
+
+impl TileMotion {
+    /// Returns the motion across the picture of what a path meets.
+    fn vector(&self, ray: &Ray, hit: &Hit, time: f32, pixel: usize) -> Option<[f64; 2]> {
+        let [origin, direction] =
+            [ray.origin, ray.direction].map(|v| DVec3::from(v.map(f64::from)));
+        let along = || origin + direction * f64::from(hit.t);
+        let seen = match hit.shape {
+            NO_INDEX => SeenPoint::Direction(direction),
+            Hit::IN_MEDIUM => SeenPoint::Space(along()),
+            _ => SeenPoint::Surface(along(), hit.instance),
+        };
+        let time = (!self.stopped).then_some(time);
+        self.vectors.vector(seen, time, self.tile.pixel(pixel as u32))
     }
 }
 

@@ -4,9 +4,12 @@
 
 mod circle_of_confusion;
 mod convert;
+mod coverage;
+mod cryptomatte;
 mod dual_pixel;
 mod feature_film;
 mod features;
+mod motion_vectors;
 mod vignetting;
 
 pub use circle_of_confusion::CircleOfConfusion;
@@ -15,14 +18,17 @@ pub(crate) use dual_pixel::{HALVES, half_layers};
 pub use feature_film::FeatureFilm;
 pub(crate) use feature_film::FeatureSums;
 pub use features::TileFeatures;
+pub use motion_vectors::MotionVectors;
 pub use vignetting::vignetting;
 
 use std::str::FromStr;
+use std::sync::Arc;
 
 use crate::film::{FilmSums, Frame};
 use crate::timing::Timing;
 use petzval_image::ImageLayer;
 use petzval_lens::{Camera, LensModel};
+use petzval_scene::Scene;
 
 /// A layer that can be requested.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -61,6 +67,12 @@ pub enum Aov {
     /// `left` and `right`: the pictures of the light that passes the left and the right half of the exit
     /// pupil, as seen from behind the camera. Together they are the picture.
     DualPixel,
+    /// Cryptomatte: names of the objects, materials and assets that a pixel sees, as hashes, and the share of the
+    /// pixel's light paths that meet each.
+    Cryptomatte,
+    /// Mean way across the picture of the surfaces that a pixel sees while it is exposed, by their motion and that of the
+    /// camera (pixels, x to the right and y down); of the sky where it sees no surface.
+    Motion,
 }
 
 impl FromStr for Aov {
@@ -76,7 +88,7 @@ impl FromStr for Aov {
 
 impl Aov {
     /// All layers.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 14] = [
         Self::Depth,
         Self::Position,
         Self::Normal,
@@ -89,6 +101,8 @@ impl Aov {
         Self::Vignetting,
         Self::Alpha,
         Self::DualPixel,
+        Self::Cryptomatte,
+        Self::Motion,
     ];
 
     /// Returns a description in one line.
@@ -105,6 +119,8 @@ impl Aov {
             Self::Coc => "Diameter of the circle of confusion, um",
             Self::Vignetting => "Share of the light that each surface of the lens blocks",
             Self::DualPixel => "Pictures of both halves of the pupil, left and right",
+            Self::Cryptomatte => "Mattes by object, material and asset, for compositors",
+            Self::Motion => "Motion across the picture during the exposure, pixels",
             Self::Alpha => "Opacity for compositing, also in PNG; the sky behind is left out",
         }
     }
@@ -124,6 +140,8 @@ impl Aov {
             Self::Vignetting => "vignetting",
             Self::Alpha => "alpha",
             Self::DualPixel => "dual_pixel",
+            Self::Cryptomatte => "cryptomatte",
+            Self::Motion => "motion",
         }
     }
 
@@ -144,14 +162,17 @@ pub struct LayerRequest<'a> {
     pub frame: &'a Frame,
     /// The times of the samples, if anything moves.
     pub timing: Option<&'a Timing>,
+    /// The motion of all points, if a layer needs it.
+    pub motion_vectors: Option<&'a Arc<MotionVectors>>,
 }
 
 /// Returns the largest possible number of channels of all requested layers.
 pub fn channels(request: &LayerRequest<'_>) -> usize {
     let channels = |aov: &Aov| match (aov, &request.camera.model) {
-        (Aov::Depth | Aov::Object | Aov::Samples, _) => 2,
+        (Aov::Depth | Aov::Object | Aov::Samples | Aov::Motion, _) => 2,
         (Aov::Position | Aov::Normal | Aov::Albedo | Aov::Variance, _) => 3,
         (Aov::DualPixel, _) => 6,
+        (Aov::Cryptomatte, _) => cryptomatte::KINDS * cryptomatte::CHANNELS,
         (Aov::Vignetting, LensModel::Real(lens)) => lens.prescription.rows.len() + 1,
         (Aov::Material | Aov::Coc | Aov::Vignetting | Aov::Alpha, _) => 1,
     };
@@ -165,23 +186,25 @@ pub fn layers(
     samples: u32,
     film: &FilmSums,
     features: Option<&FeatureFilm>,
+    scene: &Scene,
 ) -> Vec<ImageLayer> {
-    let layer = |aov: &Aov| match (aov, &request.camera.model) {
+    let layers = |aov: &Aov| match (aov, &request.camera.model) {
         (Aov::Vignetting, LensModel::Real(lens)) => {
-            Some(vignetting(lens, request.camera.film, request.frame))
+            vec![vignetting(lens, request.camera.film, request.frame)]
         }
-        (Aov::Variance, _) => Some(colour_layer("variance", &film.variance(samples)?)),
-        (aov, _) => features?.layer(*aov),
+        (Aov::Variance, _) => {
+            let variance = film.variance(samples);
+            variance.iter().map(|variance| colour_layer("variance", variance)).collect()
+        }
+        (Aov::Cryptomatte, _) => features.map(|film| film.mattes(scene)).unwrap_or_default(),
+        (aov, _) => features.and_then(|film| film.layer(*aov)).into_iter().collect(),
     };
-    request.layers.iter().filter_map(layer).collect()
+    request.layers.iter().flat_map(layers).collect()
 }
 
 /// Returns a layer of red, green and blue, with a value for each pixel.
 fn colour_layer(name: &str, pixels: &[[f32; 3]]) -> ImageLayer {
     let channel = |c: usize| pixels.iter().map(|pixel| pixel[c]).collect();
     let channels = ["R", "G", "B"].into_iter().enumerate();
-    ImageLayer {
-        name: name.to_owned(),
-        channels: channels.map(|(c, name)| (name.to_owned(), channel(c))).collect(),
-    }
+    ImageLayer::new(name, channels.map(|(c, name)| (name.to_owned(), channel(c))).collect())
 }

@@ -51,7 +51,7 @@ pub fn vignetting(lens: &RealLens, film: [f64; 2], frame: &Frame) -> ImageLayer 
         };
         (name, pixels(lens, film, frame, |place| field.at(channel, place)))
     });
-    ImageLayer { name: "vignetting".to_owned(), channels: values.collect() }
+    ImageLayer::new("vignetting", values.collect())
 }
 
 /// Returns the share that passes, and the shares that the rows block.

@@ -60,28 +60,28 @@ impl Tile {
     }
 
     /// Copies values of the tile's pixels into values of a frame's rendered pixels.
-    pub fn paste<T: Copy>(&self, frame: &Frame, from: &[T], to: &mut [T]) {
+    pub fn paste<T: Clone>(&self, frame: &Frame, from: &[T], to: &mut [T]) {
         self.paste_columns(frame, from, to, 1);
     }
 
     /// Copies the values of the tile's pixels out of values of a frame's rendered pixels.
-    pub fn cut<T: Copy>(&self, frame: &Frame, from: &[T]) -> Vec<T> {
+    pub fn cut<T: Clone>(&self, frame: &Frame, from: &[T]) -> Vec<T> {
         self.cut_columns(frame, from, 1)
     }
 
     /// Does the same as [`Self::paste`] for `count` values of each pixel.
-    fn paste_columns<T: Copy>(&self, frame: &Frame, from: &[T], to: &mut [T], count: usize) {
+    fn paste_columns<T: Clone>(&self, frame: &Frame, from: &[T], to: &mut [T], count: usize) {
         let width = self.size[0] as usize * count;
         for (i, row) in self.rows(frame).enumerate() {
             let to = &mut to[row.start * count..row.end * count];
-            to.copy_from_slice(&from[i * width..(i + 1) * width]);
+            to.clone_from_slice(&from[i * width..(i + 1) * width]);
         }
     }
 
     /// Does the same as [`Self::cut`] for `count` values of each pixel.
-    fn cut_columns<T: Copy>(&self, frame: &Frame, from: &[T], count: usize) -> Vec<T> {
+    fn cut_columns<T: Clone>(&self, frame: &Frame, from: &[T], count: usize) -> Vec<T> {
         let rows = self.rows(frame).map(|row| row.start * count..row.end * count);
-        rows.flat_map(|row| &from[row]).copied().collect()
+        rows.flat_map(|row| &from[row]).cloned().collect()
     }
 }
 

@@ -2,8 +2,8 @@
 
 use glam::{DAffine3, DVec3};
 
-use super::projection::FilmProjection;
 use super::{DecidedBy, PlanInput};
+use crate::film_projection::FilmProjection;
 use crate::timing::Timing;
 use petzval_base::rays::{NO_INDEX, RayBatch};
 use petzval_lens::Camera;
@@ -90,12 +90,12 @@ impl ImagePath {
 
     /// Returns the length of the path of a point on the film (pixels).
     fn length(&self, place: impl Fn(f64) -> DVec3) -> f64 {
-        let mut last: Option<([f64; 2], bool)> = None;
+        let mut last: Option<[f64; 2]> = None;
         let mut length = 0.0;
         for (time, camera_from_world) in &self.times {
             let now = self.projection.pixel(camera_from_world.transform_point3(place(*time)));
-            if let (Some((a, before)), Some((b, after))) = (last, now)
-                && (before || after)
+            if let (Some(a), Some(b)) = (last, now)
+                && [a, b].iter().any(|&pixel| self.projection.is_on_film(pixel))
             {
                 length += (b[0] - a[0]).hypot(b[1] - a[1]);
             }

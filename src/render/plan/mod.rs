@@ -13,7 +13,6 @@ mod image_motion;
 mod iris;
 mod media;
 mod motion;
-mod projection;
 mod rolling_shutter;
 mod selection;
 mod sensor;

@@ -111,6 +111,7 @@ pub(super) fn draft(
         caustics: None,
         sensor,
         timing: Some(exposure.timing.clone()),
+        motion_vectors: None,
         files: FileLog::default(),
     };
     if let (Some(passband), LensModel::Real(lens)) = (changes.passband, &mut job.camera.model) {

@@ -69,18 +69,30 @@ impl Exposure {
     /// # Errors
     /// Returns an error if the shutter is not sound.
     pub fn timing(self, plan: &Plan, scene: &mut Scene) -> Result<Option<Timing>, PrepareError> {
-        let effects = TimingEffects {
-            motion_blur: plan.has(Effect::Motion),
-            rolling_shutter: plan.has(Effect::RollingShutter),
-        };
+        let rolling_shutter = plan.has(Effect::RollingShutter);
+        let effects = TimingEffects { motion_blur: plan.has(Effect::Motion), rolling_shutter };
         if !effects.motion_blur && !effects.rolling_shutter {
             scene.freeze(self.timing.first_row_middle());
             return Ok(None);
         }
-        let timing = Timing::new(&self.shutter, self.transform_times, effects);
-        let mut timing = timing.map_err(PrepareError::Request)?;
-        timing.camera_motion = self.timing.camera_motion;
+        let timing = self.timing_with(effects)?;
         scene.set_time_range(timing.range());
         Ok(Some(timing))
+    }
+
+    /// Returns the times at which the shutter is open under a plan, even if it simulates no motion.
+    ///
+    /// # Errors
+    /// Returns an error if the shutter is not sound.
+    pub fn motion_timing(&self, plan: &Plan) -> Result<Timing, PrepareError> {
+        let rolling_shutter = plan.has(Effect::RollingShutter);
+        self.timing_with(TimingEffects { motion_blur: true, rolling_shutter })
+    }
+
+    fn timing_with(&self, effects: TimingEffects) -> Result<Timing, PrepareError> {
+        let timing = Timing::new(&self.shutter, self.transform_times, effects);
+        let mut timing = timing.map_err(PrepareError::Request)?;
+        timing.camera_motion = self.timing.camera_motion.clone();
+        Ok(timing)
     }
 }

@@ -18,6 +18,7 @@ pub use viewpoint::Viewpoint;
 use std::sync::{Arc, OnceLock};
 
 use crate::RenderError;
+use crate::aov::{Aov, MotionVectors};
 use crate::job::{Job, StopCriteria};
 use crate::light_tracing::ghosts;
 use crate::light_tracing::ghosts::GhostEstimate;
@@ -302,6 +303,11 @@ fn apply_plan(
 ) -> Result<(), PrepareError> {
     if !job.plan.has(Effect::Media) {
         job.scene.remove_media();
+    }
+    if job.layers.contains(&Aov::Motion) {
+        let timing = exposure.motion_timing(&job.plan)?;
+        let vectors = MotionVectors::new(&job.scene, &job.camera, job.frame.resolution, &timing);
+        job.motion_vectors = Some(Arc::new(vectors));
     }
     job.timing = exposure.timing(&job.plan, &mut job.scene)?;
     if job.plan.has(Effect::Spectra) {

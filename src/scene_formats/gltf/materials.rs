@@ -97,6 +97,9 @@ impl MaterialReader<'_> {
         let has_normal_map = normal_map.is_some();
         let transmits = self.transmission()?;
         let material = self.layers(normal_map, transmits.as_ref())?;
+        if let Some(name) = &self.json.name {
+            self.builder.name_material(material, name);
+        }
         let (emission, alpha) = (self.emission()?, self.alpha()?);
         Ok(ShapeMaterial {
             material,

@@ -170,7 +170,7 @@ impl SceneParts<'_> {
     fn add_mesh(&mut self, index: usize, places: &[&Placement]) -> Result<(), SceneError> {
         let document = self.document;
         let mesh = &document.root.meshes[index];
-        let mut object = None;
+        let (mesh_name, mut object) = (mesh.name.clone(), None);
         for (i, primitive) in mesh.primitives.iter().enumerate() {
             let element = format!("meshes/{index}/primitives/{i}");
             let material = primitive.material.map(|material| material.value());
@@ -222,7 +222,9 @@ impl SceneParts<'_> {
                     )?;
                     let mut mesh = mesh.clone();
                     mesh.transform(&place.world_from_mesh, false);
-                    self.add_shape(Geometry::Mesh(mesh), surface, None);
+                    let node = &document.root.nodes[place.node];
+                    let name = node.name.clone().or_else(|| mesh_name.clone());
+                    self.add_shape(Geometry::Mesh(mesh), surface, None, name);
                 }
                 if own.len() == places.len() {
                     continue;
@@ -243,6 +245,9 @@ impl SceneParts<'_> {
                             .claim(INSTANCE_BYTES * places.len() as u64)
                             .map_err(|refusal| document.too_large(&element, &refusal))?;
                         let id = self.builder.add_object();
+                        if let Some(name) = &mesh_name {
+                            self.builder.name_object(id, name);
+                        }
                         for place in places.iter().filter(|place| !(shared && reflected(place))) {
                             self.builder.add_instance(id, place.world_from_mesh);
                         }
@@ -252,16 +257,22 @@ impl SceneParts<'_> {
                         id
                     }
                 };
-                self.add_shape(Geometry::Mesh(mesh), surface, Some(id));
+                self.add_shape(Geometry::Mesh(mesh), surface, Some(id), mesh_name.clone());
             }
         }
         Ok(())
     }
 
-    fn add_shape(&mut self, geometry: Geometry, surface: ShapeMaterial, object: Option<u32>) {
+    fn add_shape(
+        &mut self,
+        geometry: Geometry,
+        surface: ShapeMaterial,
+        object: Option<u32>,
+        name: Option<String>,
+    ) {
         let ShapeMaterial { material, emission, alpha, interface, .. } = surface;
         self.lights += usize::from(emission.is_some());
-        let spec = ShapeSpec { geometry, material, emission, alpha, interface, object };
+        let spec = ShapeSpec { geometry, material, emission, alpha, interface, object, name };
         self.builder.add_shape(spec);
     }
 }

@@ -236,7 +236,8 @@ impl SceneAssembly {
         self.reader.at = place(name);
         let geometry = Geometry::Mesh(mesh);
         self.reader.claim_shape("mesh", None, &geometry)?;
-        self.reader.add_shape(ShapeSpec { emission, ..ShapeSpec::new(geometry, material) });
+        let name = Some(name.to_owned());
+        self.reader.add_shape(ShapeSpec { emission, name, ..ShapeSpec::new(geometry, material) });
         Ok(())
     }
 

@@ -102,6 +102,7 @@ impl SceneReader {
             Some(NamedMaterial { index, forward_reference: Some(_), .. }) => *index,
             _ => self.builder.add_material(Material::diffuse([0.5; 3])),
         };
+        self.builder.name_material(index, &name);
         let mix_depth = draft.mixed.depth;
         let named = NamedMaterial { index, directive, forward_reference: None, mix_depth };
         self.materials.insert(name, named);

@@ -62,6 +62,7 @@ impl SceneReader {
         self.set_aside_object(&name);
         self.begin_block(Block::Object)?;
         let index = self.builder.add_object();
+        self.builder.name_object(index, &name);
         self.objects
             .insert(name.clone(), Object { index, nested: Vec::new(), instances: 1, depth: 1 });
         self.open_object = Some(name);

@@ -1,7 +1,7 @@
 //! Meshes that a scene repeats: they are read once, and many copies are instances of one object.
 
 use std::collections::HashMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};
@@ -42,6 +42,23 @@ pub(super) struct ShapeText {
     /// Its parameters without the long lists of the mesh.
     params: Params,
     end: LexerPosition,
+}
+
+impl MeshSource {
+    /// Returns the name of its file without the extension.
+    fn file_name(&self) -> Option<String> {
+        match self {
+            Self::Ply(path) => file_stem(path),
+            Self::Text(_) => None,
+        }
+    }
+}
+
+/// Returns the name of a file without its extensions, as shapes of it are called.
+pub(super) fn file_stem(path: &Path) -> Option<String> {
+    let stem = path.file_name()?.to_string_lossy();
+    let stem = stem.strip_suffix(".gz").unwrap_or(&stem);
+    Some(stem.strip_suffix(".ply").unwrap_or(stem).to_owned())
 }
 
 impl ShapeText {
@@ -180,7 +197,11 @@ impl SceneReader {
             None => {
                 let object = self.builder.add_object();
                 copies.object = Some(object);
-                self.fill_object(name, object, meshes, look)?;
+                let file = source.file_name();
+                if let Some(file) = &file {
+                    self.builder.name_object(object, file);
+                }
+                self.fill_object((name, file), object, meshes, look)?;
                 object
             }
         };
@@ -192,7 +213,7 @@ impl SceneReader {
     /// Adds the shapes of meshes to an object.
     fn fill_object(
         &mut self,
-        name: &str,
+        (kind, name): (&str, Option<String>),
         object: u32,
         meshes: &ShapeMeshes,
         look: CopyLook,
@@ -202,9 +223,10 @@ impl SceneReader {
         triangles.transform(&DAffine3::IDENTITY, reverse_orientation);
         patches.transform(&DAffine3::IDENTITY, reverse_orientation);
         for geometry in geometries(triangles, patches) {
-            self.claim_shape(name, Some(object), &geometry)?;
+            self.claim_shape(kind, Some(object), &geometry)?;
             let spec = ShapeSpec::new(geometry, material);
-            self.add_shape(ShapeSpec { interface, object: Some(object), ..spec });
+            let name = name.clone();
+            self.add_shape(ShapeSpec { interface, object: Some(object), name, ..spec });
         }
         Ok(())
     }

@@ -1,6 +1,7 @@
 //! The Shape directive: quadrics, and the dispatch to meshes and curves.
 
 use std::f64::consts::TAU;
+use std::path::Path;
 use std::sync::Arc;
 
 use glam::DAffine3;
@@ -14,7 +15,7 @@ use super::moving_shapes::ShapeSpace;
 use super::params::Params;
 use super::reader::SceneReader;
 use super::repeated_meshes::{
-    CopyLook, MeshSource, ShapeMeshes, ShapeText, geometries, ply_source,
+    CopyLook, MeshSource, ShapeMeshes, ShapeText, file_stem, geometries, ply_source,
 };
 use super::{SceneError, curves};
 use petzval_scene::{Geometry, Mesh, PatchMesh, Quadric, QuadricForm, ShapeSpec};
@@ -161,6 +162,10 @@ impl SceneReader {
             return Ok(());
         };
         let GraphicsState { reverse_orientation, area_light, .. } = self.state.clone();
+        let file_name = match kind {
+            ShapeKind::Ply => params.text("filename")?.and_then(|file| file_stem(Path::new(file))),
+            _ => None,
+        };
         let geometries = match kind {
             ShapeKind::Quadric(kind) => {
                 let quadric = quadric(kind, &params, &ctm, reverse_orientation)?;
@@ -209,6 +214,7 @@ impl SceneReader {
                 emission: area_light.clone(),
                 interface: self.shape_interface(),
                 object,
+                name: file_name.clone(),
                 ..ShapeSpec::new(geometry, material)
             };
             match params.find("alpha") {

@@ -5,4 +5,5 @@ mod hits;
 mod plan;
 mod rolling;
 mod stills;
+mod vectors;
 mod world;

@@ -9,6 +9,7 @@ use super::{Index, Integer};
 #[derive(Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 pub struct Material {
+    pub name: Option<String>,
     pub alpha_cutoff: Option<f32>,
     pub alpha_mode: Option<String>,
     pub double_sided: bool,

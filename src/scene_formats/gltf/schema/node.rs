@@ -15,6 +15,7 @@ pub struct Scene {
 
 #[derive(Deserialize)]
 pub struct Node {
+    pub name: Option<String>,
     pub camera: Option<Index>,
     pub children: Option<Vec<Index>>,
     /// Column by column.
@@ -43,6 +44,7 @@ pub struct NodeLight {
 
 #[derive(Deserialize)]
 pub struct Mesh {
+    pub name: Option<String>,
     pub primitives: Vec<Primitive>,
 }
 

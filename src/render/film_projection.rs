@@ -1,0 +1,259 @@
+//! Projection of points in camera space onto the picture.
+
+use glam::{DAffine3, DVec2, DVec3, Vec3};
+
+use petzval_base::plane_newton::PlaneNewton;
+use petzval_base::rays::{RayBatch, SampleBatch, WAVE_SIZE};
+use petzval_base::stats::LensStats;
+use petzval_lens::{Camera, LensColumns, LensModel, RealLens, SphericalMapping};
+
+/// Nodes of the grid of central rays along each axis: an odd number, so that one lies in the middle.
+const NODES: usize = 129;
+/// Length of the grid, relative to the film.
+const REACH: f64 = 1.02;
+/// Search for the pixel of a direction: steps in pixels, values in radians.
+const SEARCH: PlaneNewton = PlaneNewton { difference: 0.125, precision: 1e-8, acceptable: 1e-5 };
+
+/// Map from points in camera space to their images in the picture. For a real lens it is measured by central rays, so it
+/// includes distortion, fisheye and anamorphic projections, and the pose of the film.
+#[derive(Clone, Debug)]
+pub(crate) struct FilmProjection {
+    model: Model,
+    /// Width and height of the film, in the unit of the model.
+    film: [f64; 2],
+    resolution: [f64; 2],
+}
+
+#[derive(Clone, Debug)]
+enum Model {
+    /// Perspective: the middle of the picture in the plane z = 1.
+    Plane([f64; 2]),
+    /// Parallel rays: the middle of the picture in the plane z = 0.
+    Parallel([f64; 2]),
+    /// All directions.
+    Sphere(SphericalMapping),
+    /// Measured rays.
+    Rays(CentralRays),
+}
+
+impl FilmProjection {
+    pub fn of(camera: &Camera, resolution: [u32; 2]) -> Self {
+        let model = match &camera.model {
+            LensModel::Thin(lens) => Model::Plane(lens.middle),
+            LensModel::Orthographic(parallel) => Model::Parallel(parallel.middle),
+            LensModel::Spherical(mapping) => Model::Sphere(*mapping),
+            LensModel::Real(lens) => Model::Rays(CentralRays::trace(camera, lens)),
+        };
+        Self { model, film: camera.film, resolution: resolution.map(f64::from) }
+    }
+
+    /// Returns the image of a point [pixels from the upper left corner, x to the right, y down], which may lie beyond the
+    /// film; `None` for points behind the camera, and for directions that the lens does not image.
+    pub fn pixel(&self, point: DVec3) -> Option<[f64; 2]> {
+        self.pixel_near(point, self.resolution.map(|size| size / 2.0))
+    }
+
+    /// Does the same, with the search for a real lens starting at a pixel.
+    pub fn pixel_near(&self, point: DVec3, start: [f64; 2]) -> Option<[f64; 2]> {
+        // Coordinates on the upright film, x to the right and y up.
+        let film = match &self.model {
+            Model::Plane(_) | Model::Parallel(_) if point.z <= 0.0 => return None,
+            Model::Plane([x, y]) => [point.x / point.z - x, point.y / point.z - y],
+            Model::Parallel([x, y]) => [point.x - x, point.y - y],
+            Model::Sphere(mapping) => {
+                let at = mapping.point(point.as_vec3().normalize_or(Vec3::Z)).as_dvec2();
+                [at.x - 0.5, 0.5 - at.y]
+            }
+            Model::Rays(rays) => {
+                let share = |pixel: [f64; 2]| [0, 1].map(|i| pixel[i] / self.resolution[i]);
+                let off = |pixel| Some(rays.angles_off(point, share(pixel)));
+                return SEARCH.solve(start, off);
+            }
+        };
+        let share = [0.5 + film[0] / self.film[0], 0.5 - film[1] / self.film[1]];
+        Some([0, 1].map(|i| share[i] * self.resolution[i]))
+    }
+
+    /// Returns whether a point of the picture is on the film.
+    pub fn is_on_film(&self, pixel: [f64; 2]) -> bool {
+        (0..2).all(|i| (0.0..=self.resolution[i]).contains(&pixel[i]))
+    }
+}
+
+/// The central rays of points on a grid over the film.
+#[derive(Clone, Debug)]
+struct CentralRays {
+    /// Middle of the entrance pupil.
+    pupil: DVec3,
+    /// Row after row of the picture.
+    nodes: Vec<CentralRay>,
+}
+
+/// A central ray in coordinates that change smoothly over the film.
+#[derive(Clone, Copy, Debug, Default)]
+struct CentralRay {
+    /// Angle from the axis (radians) along the projection of the direction on the film.
+    angles: DVec2,
+    /// Point nearest to the middle of the entrance pupil, relative to it.
+    foot: DVec3,
+}
+
+impl CentralRays {
+    fn trace(camera: &Camera, lens: &RealLens) -> Self {
+        let pupil = lens.front_depth - lens.paraxial.entrance_pupil.position * lens.units_per_mm;
+        let pupil = DVec3::Z * if pupil.is_finite() { pupil } else { lens.front_depth };
+        let mut nodes = traced(camera, pupil);
+        // Where the lens blocks the ray in the middle, first-order optics replace it.
+        let focal_length = lens.paraxial.focal_length.abs();
+        let paraxial = |[column, row]: [usize; 2]| {
+            let [x, y] = [column, row].map(|place| share(place) - 0.5);
+            let [x, y] = [x * camera.film[0], -y * camera.film[1]];
+            CentralRay { angles: angles(DVec3::new(x, y, focal_length)), foot: DVec3::ZERO }
+        };
+        let middle = (NODES - 1) / 2;
+        for ring in 0..=middle {
+            for [column, row] in ring_places(middle, ring) {
+                let place = row * NODES + column;
+                if nodes[place].is_none() {
+                    let continued = continued(&nodes, [column, row], ring);
+                    nodes[place] = Some(continued.unwrap_or_else(|| paraxial([column, row])));
+                }
+            }
+        }
+        Self { pupil, nodes: nodes.into_iter().map(Option::unwrap_or_default).collect() }
+    }
+
+    /// Returns the angles between the direction of a point and the ray of a place on the film, given as shares of its
+    /// width and height from the upper left corner.
+    fn angles_off(&self, point: DVec3, film: [f64; 2]) -> [f64; 2] {
+        let at = film.map(|share| ((share - 0.5) / REACH + 0.5) * (NODES - 1) as f64);
+        // The outermost cells continue beyond the grid.
+        let low = at.map(|at| (at.floor().max(0.0) as usize).min(NODES - 2));
+        let [u, v] = [0, 1].map(|i| at[i] - low[i] as f64);
+        let first = low[1] * NODES + low[0];
+        let [a, b, c, d] = [0, 1, NODES, NODES + 1].map(|step| self.nodes[first + step]);
+        let ray = a.between(&b, u).between(&c.between(&d, u), v);
+        (angles(point - self.pupil - ray.foot) - ray.angles).to_array()
+    }
+}
+
+impl CentralRay {
+    fn between(&self, other: &Self, share: f64) -> Self {
+        Self {
+            angles: self.angles.lerp(other.angles, share),
+            foot: self.foot.lerp(other.foot, share),
+        }
+    }
+}
+
+/// Returns the place of a column or row of nodes, as a share of the film.
+fn share(node: usize) -> f64 {
+    (node as f64 / (NODES - 1) as f64 - 0.5) * REACH + 0.5
+}
+
+/// Returns the angle of a direction from the axis (radians) along its projection on the film.
+fn angles(direction: DVec3) -> DVec2 {
+    let across = direction.truncate();
+    let length = across.length();
+    if length > 0.0 { across * (length.atan2(direction.z) / length) } else { DVec2::ZERO }
+}
+
+/// Traces the central rays of all nodes, row after row. A node whose ray is blocked has none.
+fn traced(camera: &Camera, pupil: DVec3) -> Vec<Option<CentralRay>> {
+    let camera = Camera { world_from_camera: DAffine3::IDENTITY, ..camera.clone() };
+    let mut nodes = vec![None; NODES * NODES];
+    let mut samples = SampleBatch::default();
+    let (mut columns, mut rays) = (LensColumns::default(), RayBatch::default());
+    let mut stats = LensStats::default();
+    let map = camera.film_map([1, 1]);
+    for first in (0..nodes.len()).step_by(WAVE_SIZE) {
+        samples.len = WAVE_SIZE.min(nodes.len() - first);
+        for i in 0..samples.len {
+            let place = first + i;
+            let film = map.film_point([place % NODES, place / NODES].map(share));
+            (samples.film[0][i], samples.film[1][i]) = (film[0] as f32, film[1] as f32);
+            // A sample of the fan, not of the rear element, at its centre.
+            (samples.pupil[0][i], samples.pupil[1][i]) = (0.5, 0.0);
+        }
+        camera.generate_rays::<f32>(&samples, &mut columns, &mut rays, &mut stats);
+        for i in 0..rays.len {
+            let ray = rays.ray(i);
+            let [origin, direction] =
+                [ray.origin, ray.direction].map(|v| DVec3::from(v.map(f64::from)));
+            let to = origin - pupil;
+            let foot = to - direction * (to.dot(direction) / direction.length_squared());
+            nodes[first + rays.slot[i] as usize] =
+                Some(CentralRay { angles: angles(direction), foot });
+        }
+    }
+    nodes
+}
+
+/// Returns the places of a square ring of nodes about the middle: column and row.
+fn ring_places(middle: usize, ring: usize) -> impl Iterator<Item = [usize; 2]> {
+    let (low, high) = (middle - ring, middle + ring);
+    (low..=high).flat_map(move |row| {
+        let step = if row == low || row == high || ring == 0 { 1 } else { 2 * ring };
+        (low..=high).step_by(step).map(move |column| [column, row])
+    })
+}
+
+/// Returns the ray of a node that continues those of the two rings within, along the line to the middle; `None` if
+/// they are not known.
+fn continued(nodes: &[Option<CentralRay>], place: [usize; 2], ring: usize) -> Option<CentralRay> {
+    let middle = (NODES - 1) as f64 / 2.0;
+    let within = |rings: usize| -> Option<CentralRay> {
+        let scale = ring.checked_sub(rings)? as f64 / ring as f64;
+        let at = place.map(|node| middle + (node as f64 - middle) * scale);
+        let low = at.map(|at| at.floor().min((NODES - 2) as f64));
+        let [u, v] = [0, 1].map(|i| at[i] - low[i]);
+        let first = low[1] as usize * NODES + low[0] as usize;
+        // A node with weight 0 may be on the ring itself, unknown.
+        let blend = |a: Option<CentralRay>, b: Option<CentralRay>, share: f64| match share {
+            0.0 => a,
+            1.0 => b,
+            _ => Some(a?.between(&b?, share)),
+        };
+        blend(
+            blend(nodes[first], nodes[first + 1], u),
+            blend(nodes[first + NODES], nodes[first + NODES + 1], u),
+            v,
+        )
+    };
+    let (near, far) = (within(1)?, within(2)?);
+    Some(far.between(&near, 2.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rings_cover_the_grid_once() {
+        let middle = (NODES - 1) / 2;
+        let mut seen = vec![0; NODES * NODES];
+        let places = (0..=middle).flat_map(|ring| ring_places(middle, ring));
+        places.for_each(|[column, row]| seen[row * NODES + column] += 1);
+        assert!(seen.iter().all(|&n| n == 1));
+    }
+
+    #[test]
+    fn blocked_rays_continue_those_within() {
+        let linear = |[column, row]: [usize; 2]| CentralRay {
+            angles: DVec2::new(column as f64, 2.0 * row as f64),
+            foot: DVec3::new(0.0, column as f64 - row as f64, 1.0),
+        };
+        let place = |i: usize| [i % NODES, i / NODES];
+        let mut nodes: Vec<_> = (0..NODES * NODES).map(|i| Some(linear(place(i)))).collect();
+        let middle = (NODES - 1) / 2;
+        for ring in 10..=middle {
+            for [column, row] in ring_places(middle, ring) {
+                nodes[row * NODES + column] = None;
+                let found = continued(&nodes, [column, row], ring).expect("known rays within");
+                assert!(found.angles.distance(linear([column, row]).angles) < 1e-9);
+                assert!(found.foot.distance(linear([column, row]).foot) < 1e-9);
+                nodes[row * NODES + column] = Some(found);
+            }
+        }
+    }
+}
