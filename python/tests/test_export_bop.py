@@ -33,7 +33,6 @@ def project(camera, points):
 
 
 @pytest.mark.parametrize("frame", FRAMES)
-@pytest.mark.filterwarnings("ignore:.*scene_gt")
 def test_bop_cameras_project_positions_to_their_pixels(frame, tmp_path, lens_path):
     world, film, unit, axes = FRAMES[frame]
     draw = "move = 0.05\nturn = [6.0, 4.0, 40.0]"
@@ -73,7 +72,7 @@ def png(path):
 
 
 def with_objects(folder, poses):
-    """Add the objects to the rows of a data set, as a future manifest may list them."""
+    """Replace the objects in the rows of a data set."""
     rows = rows_of(folder)
     for row in rows:
         row["objects"] = poses
@@ -162,12 +161,32 @@ def test_poses_of_some_objects_are_refused(tmp_path, lens_path):
     larger = [{**entry, "world_from_object": (np.array(entry["world_from_object"]) * 2).tolist()} for entry in OBJECTS]
     for objects, message in [
         ([OBJECTS[0], larger[1], *OBJECTS[2:]], "'two balls' has several sizes"),
-        ([{"name": "x"}, *OBJECTS], r"objects: found \{'name': 'x'\}; expected name"),
         ([{**OBJECTS[4], "world_from_object": [[1, 0, 0, 0], [0, 2, 0, 0], [0, 0, 1, 0]]}, *OBJECTS[:4]], "one scale"),
     ]:
         with_objects(folder, objects)
-        with pytest.raises(ValueError, match=message):
-            pz.export.bop(folder, tmp_path / "other")
+        with pytest.warns(UserWarning, match=f"scene_gt.json is left out: .*{message}"):
+            pz.export.bop(folder, tmp_path / message)
+        assert not list((tmp_path / message).rglob("scene_gt.json"))
+        assert "model_from_object" not in (tmp_path / message / "objects.json").read_text()
+    with_objects(folder, [{"name": "x"}, *OBJECTS])
+    with pytest.raises(ValueError, match=r"objects: found \{'name': 'x'\}; expected name"):
+        pz.export.bop(folder, tmp_path / "other")
+
+
+def test_manifests_list_the_objects_that_pictures_show(tmp_path, lens_path):
+    folder = render_set(tmp_path, lens_path, pairs=1)
+    [row] = rows_of(folder)
+    found = {(tuple(entry["shapes"]), entry["instance"]): entry for entry in row["objects"]}
+    assert len(found) == len(row["objects"]) == len(OBJECTS)
+    for entry in OBJECTS:
+        own = found[tuple(entry["shapes"]), entry["instance"]]
+        # Single shapes have no names in a scene of pbrt, and stand in the world.
+        assert own["name"] == (entry["name"] if entry["instance"] >= 0 else None)
+        expected = entry["world_from_object"] if entry["instance"] >= 0 else posed(0, 0, 0, 0)
+        np.testing.assert_allclose(own["world_from_object"], expected, atol=1e-6)
+    numbers = pz.export.bop(folder, tmp_path / "bop")
+    assert numbers == {"shape 2": 1, "shape 3": 2, "shape 4": 3, "two balls": 4}
+    assert (tmp_path / "bop" / "000000" / "scene_gt.json").exists()
 
 
 def test_bop_names_what_is_missing(tmp_path, lens_path):

@@ -32,6 +32,16 @@ impl SceneNames {
         name_or_index(&self.materials, "material", index)
     }
 
+    /// Returns the name that the scene file gives to a shape.
+    pub fn given_to_shape(&self, index: u32) -> Option<&str> {
+        self.shapes.by_index.get(&index).map(|name| &**name)
+    }
+
+    /// Returns the name that the scene file gives to an object.
+    pub fn given_to_object(&self, index: u32) -> Option<&str> {
+        self.objects.by_index.get(&index).map(|name| &**name)
+    }
+
     pub(super) fn set_shape(&mut self, index: u32, name: &str) {
         self.shapes.set(index, name);
     }
@@ -62,6 +72,16 @@ impl Scene {
         match placed.instance {
             NO_INDEX => self.names.shape(placed.shape),
             instance => self.names.object(self.object_of(instance)),
+        }
+    }
+}
+
+impl Scene {
+    /// Returns the name that the scene file gives to the asset of a shape, as [`Self::asset_name`].
+    pub fn given_asset_name(&self, placed: PlacedShape) -> Option<&str> {
+        match placed.instance {
+            NO_INDEX => self.names.given_to_shape(placed.shape),
+            instance => self.names.given_to_object(self.object_of(instance)),
         }
     }
 }

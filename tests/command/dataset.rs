@@ -22,7 +22,7 @@ Material "diffuse" "texture reflectance" "checks"
 Shape "bilinearmesh" "point3 P" [ -4 -4 4  4 -4 4  -4 4 4  4 4 4 ]
 "#;
 
-fn scene(folder: &tempfile::TempDir, options: &str) -> PathBuf {
+pub(super) fn scene(folder: &tempfile::TempDir, options: &str) -> PathBuf {
     let lens = root().join("lenses/dgauss.50mm.dat");
     let text = format!(
         "Film \"rgb\" \"float diagonal\" 43\n{options}\nCamera \"realistic\" \"string lensfile\" \
@@ -33,12 +33,12 @@ fn scene(folder: &tempfile::TempDir, options: &str) -> PathBuf {
 }
 
 /// Runs a specification, which names `scene.pbrt` in the same folder.
-fn run(folder: &Path, spec: &str, more: &[&str]) -> (i32, String, String) {
+pub(super) fn run(folder: &Path, spec: &str, more: &[&str]) -> (i32, String, String) {
     fs::write(folder.join("spec.toml"), spec).expect("a file");
     petzval(folder, &[&["dataset", "spec.toml", "-o", "out"], more].concat())
 }
 
-fn rows(folder: &Path) -> Vec<Value> {
+pub(super) fn rows(folder: &Path) -> Vec<Value> {
     let mut rows = Vec::new();
     let mut manifests: Vec<_> = fs::read_dir(folder.join("out"))
         .expect("a folder")
@@ -54,7 +54,7 @@ fn rows(folder: &Path) -> Vec<Value> {
     rows
 }
 
-fn read(folder: &Path, pair: u32, kind: &str) -> Picture {
+pub(super) fn read(folder: &Path, pair: u32, kind: &str) -> Picture {
     Picture::read(&folder.join(format!("out/{pair:06}.{kind}.exr"))).expect("a picture")
 }
 
@@ -383,59 +383,6 @@ fn the_deep_picture_is_sharp_where_the_lens_is_out_of_focus() {
         ["clean", "degraded"].map(|kind| sharpness(&read(folder.path(), 0, kind)));
     // The checks are 11 pixels wide, and the lens blurs them over about 8.
     assert!(clean > 2.0 * degraded, "{clean} {degraded}");
-}
-
-/// Returns the centre of the light above a threshold, in pixels whose centres are whole numbers.
-fn lamp(picture: &Picture) -> [f64; 2] {
-    let width = picture.size[0];
-    let (mut sum, mut at) = (0.0, [0.0; 2]);
-    for (i, pixel) in picture.pixels.iter().enumerate() {
-        let light = f64::from(pixel[1]);
-        let light = if light > 2.0 { light } else { 0.0 };
-        sum += light;
-        at[0] += light * (i % width) as f64;
-        at[1] += light * (i / width) as f64;
-    }
-    at.map(|v| v / sum)
-}
-
-#[test]
-fn the_cameras_of_the_manifest_place_a_lamp_where_the_pictures_show_it() {
-    let folder = folder();
-    scene(&folder, "");
-    let spec = "pairs = 2\nresolution = [240, 180]\nspp = 64\nexposure = 3.0\n[draw]\n\
-                scene = \"scene.pbrt\"\nfstop = 4.0\nfocus = 2.0\nmove = 0.02\nturn = 2.0\n\
-                [degraded]\neffects = \"none\"\n";
-    let (code, _, log) = run(folder.path(), spec, &[]);
-    assert_eq!(code, 0, "{log}");
-    for row in rows(folder.path()) {
-        let pair = row["pair"].as_u64().expect("a number") as u32;
-        for kind in ["clean", "degraded"] {
-            let number = |value: &Value| value.as_f64().expect("a number");
-            let camera = &row[kind]["camera"];
-            let pose = |r: usize, c: usize| number(&row[kind]["world_from_camera"][r][c]);
-            // The inverse of a rotation is its transpose.
-            let mut at: [f64; 3] = std::array::from_fn(|c| {
-                let world = [0.35, 0.22, 2.0];
-                let length: f64 = (0..3).map(|r| pose(r, c) * pose(r, c)).sum::<f64>().sqrt();
-                (0..3).map(|r| pose(r, c) * (world[r] - pose(r, 3))).sum::<f64>() / length
-            });
-            if kind == "degraded" {
-                at[2] -= number(&camera["projection_centre_mm"][2]) / 1000.0;
-            }
-            let (x, y) = (at[0] / at[2], -at[1] / at[2]);
-            let k = |name: &str| camera["distortion"].get(name).map_or(0.0, number);
-            let r2 = x * x + y * y;
-            let bent = 1.0 + r2 * (k("k1") + r2 * (k("k2") + r2 * k("k3")));
-            let matrix = |r: usize, c: usize| number(&camera["matrix"][r][c]);
-            let expected =
-                [x * bent * matrix(0, 0) + matrix(0, 2), y * bent * matrix(1, 1) + matrix(1, 2)];
-            let found = lamp(&read(folder.path(), pair, kind));
-            let off = (found[0] - expected[0]).hypot(found[1] - expected[1]);
-            println!("{kind} {pair}: {found:?}, expected {expected:?}");
-            assert!(off < 0.05, "{kind} of {pair}: {found:?} instead of {expected:?}");
-        }
-    }
 }
 
 #[test]

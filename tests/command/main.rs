@@ -10,6 +10,7 @@ mod cli;
 mod colours;
 mod compare;
 mod dataset;
+mod dataset_cameras;
 mod denoise;
 mod develop;
 mod docs;

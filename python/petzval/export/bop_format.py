@@ -45,10 +45,11 @@ def bop(
     ``cam_distortion``. Depth at an edge is the mean of what the pixel sees. Silhouettes without occlusion are unknown:
     there is no ``mask``, ``bbox_obj`` or ``visib_fract``.
 
-    ``scene_gt.json`` needs the poses of objects, which manifests of this version do not hold; it is written if each
-    object has an entry in ``objects`` of its row: ``name``, ``shapes``, ``instance`` (-1 for none) and
-    ``world_from_object`` (3 rows of 4). ``objects.json`` then has ``model_from_object``, the matrix that makes a vertex
-    of the model (mm).
+    ``scene_gt.json`` has the poses that rows list in ``objects``: ``name``, ``shapes``, ``instance`` (-1 for none) and
+    ``world_from_object`` (3 rows of 4). Instances have poses of their own; a shape outside of objects is a model in the
+    space of the world. ``objects.json`` has ``model_from_object``, the matrix that makes a vertex of the model (mm).
+    Objects that are sheared, or of several sizes under one name, are no models of BOP: the file is left out, with a
+    warning.
 
     :param folder: the data set
     :param out: the folder of the split, such as ``set/train_pbr``; new or empty
@@ -93,12 +94,22 @@ def bop(
         if not have_poses:
             warnings.warn(f"{out}: scene_gt.json is left out, as the manifest has no poses of objects", stacklevel=2)
         known: dict[int, dict[str, Any]] = {number: {"name": name} for name, number in numbers.items()}
+        truth: dict[str, dict[str, Any]] = {}
+        if have_poses:
+            try:
+                for row, camera, objects in frames:
+                    of_scene = truth.setdefault(row["scene"], {})
+                    of_scene[str(row["pair"])] = _poses((row, camera, objects), numbers, known)
+            except ValueError as error:
+                warnings.warn(f"{out}: scene_gt.json is left out: {error}", stacklevel=2)
+                truth = {}
+                known = {number: {"name": name} for name, number in numbers.items()}
         for scene_file, name in scenes.items():
             own = [frame for frame in frames if frame[0]["scene"] == scene_file]
             _write(unfinished / name / "scene_camera.json", cameras[name])
             _write(unfinished / name / "scene_gt_info.json", {str(f[0]["pair"]): _info(f[2], numbers) for f in own})
-            if have_poses:
-                _write(unfinished / name / "scene_gt.json", {str(f[0]["pair"]): _poses(f, numbers, known) for f in own})
+            if truth:
+                _write(unfinished / name / "scene_gt.json", truth.get(scene_file, {}))
         _write(unfinished / "objects.json", known)
     return numbers
 

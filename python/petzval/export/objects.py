@@ -119,12 +119,12 @@ def find(row: Row, layers: Layers, picture: str, naming: Naming) -> Iterator[Obj
 
 def _listed(row: Row) -> dict[tuple[int, int], Any]:
     """Return the entries of the row's ``objects`` by shape and instance."""
-    expected = "expected name (a text), shapes, instance and world_from_object (3 rows of 4) of each"
+    expected = "expected name (a text or null), shapes, instance and world_from_object (3 rows of 4) of each"
     found = {}
     for entry in row.get("objects") or []:
         if not isinstance(entry, dict) or not {"name", "shapes", "instance", "world_from_object"} <= set(entry):
             raise ValueError(f"pair {row['pair']}: objects: found {entry!r}; {expected}")
-        if not isinstance(entry["name"], str) or np.shape(entry["world_from_object"]) != (3, 4):
+        if not isinstance(entry["name"], (str, type(None))) or np.shape(entry["world_from_object"]) != (3, 4):
             raise ValueError(f"pair {row['pair']}: objects: found {entry!r}; {expected}")
         found.update({(shape, entry["instance"]): entry for shape in entry["shapes"]})
     return found

@@ -3,9 +3,10 @@
 use std::fmt;
 use std::path::PathBuf;
 
-use glam::{DAffine3, DMat3};
+use glam::{DAffine3, DMat3, DVec3};
 
-use super::spec::{DatasetSpec, DrawnFrom, FocusValue, Range, Reach};
+use super::spec::{DatasetSpec, DrawnFrom, FocusValue, Range, Reach, RigPlace};
+use super::trajectory::StampedPose;
 use petzval_base::sampler::hash;
 use petzval_render::prepare::{FocusOn, Viewpoint};
 
@@ -14,6 +15,14 @@ use petzval_render::prepare::{FocusOn, Viewpoint};
 pub struct Draw {
     /// The number of the pair, from 0.
     pub pair: u32,
+    /// The number of the view, which all cameras of a rig share.
+    pub view: u32,
+    /// The number of the rig's camera.
+    pub rig_camera: u32,
+    /// The pose of the rig on its trajectory; `None` for that of the scene's camera.
+    pub pose: Option<StampedPose>,
+    /// The place of the camera in its rig: moves and turns, as `shift` and `turn`.
+    pub place: RigPlace,
     /// The seed of its pictures.
     pub seed: u32,
     /// The scene file.
@@ -91,8 +100,11 @@ impl PairRandom {
 impl DatasetSpec {
     /// Draws the parameters of a pair.
     pub fn draw(&self, pair: u32) -> Draw {
-        let random = PairRandom { key: hash(pair ^ hash(self.seed)) };
         let spec = &self.draw;
+        let cameras = spec.rig.len().max(1) as u32;
+        let (view, rig_camera) = (pair / cameras, pair % cameras);
+        let random = PairRandom { key: hash(view ^ hash(self.seed)) };
+        let seed = random.word(Parameter::Seed, 0);
         let path = |_| PathBuf::new();
         let focus = |values| match random.value(Parameter::Focus, values, FocusValue::Metres) {
             FocusValue::Metres(metres) => FocusOn::Distance(metres),
@@ -100,7 +112,12 @@ impl DatasetSpec {
         };
         Draw {
             pair,
-            seed: random.word(Parameter::Seed, 0),
+            view,
+            rig_camera,
+            pose: spec.trajectory.as_ref().and_then(|trajectory| trajectory.pose(view)),
+            place: spec.rig.get(rig_camera as usize).copied().unwrap_or_default(),
+            // The noise of the cameras of a rig is independent.
+            seed: if rig_camera == 0 { seed } else { hash(seed ^ hash(rig_camera)) },
             scene: random.value(Parameter::Scene, &spec.scene, path),
             lens: spec.lens.as_ref().map(|lens| random.value(Parameter::Lens, lens, path)),
             focus: spec.focus.as_ref().map(focus),
@@ -115,22 +132,32 @@ impl DatasetSpec {
 impl Draw {
     /// Returns the viewpoint of a camera of the scene with this move and turn; `None` if it stays.
     pub(super) fn viewpoint(&self, world_from_camera: &DAffine3) -> Option<Viewpoint> {
-        if self.shift == [0.0; 3] && self.turn == [0.0; 3] {
+        let drawn = RigPlace { shift: self.shift, turn: self.turn };
+        if self.pose.is_none() && [drawn, self.place] == [RigPlace::default(); 2] {
             return None;
         }
-        let axes = world_from_camera.matrix3;
+        let own =
+            self.pose.map_or(*world_from_camera, |pose| pose.world_from_camera(world_from_camera));
+        let axes = own.matrix3;
         let axes = DMat3::from_cols(
             axes.x_axis.normalize(),
             axes.y_axis.normalize(),
             axes.z_axis.normalize(),
         );
+        let (eye, axes) = self.place.of(drawn.of((own.translation, axes)));
+        Some(Viewpoint { eye, target: eye + axes.z_axis, up: axes.y_axis })
+    }
+}
+
+impl RigPlace {
+    /// Returns the place and the axes of a camera that stands here relative to others.
+    fn of(&self, (eye, axes): (DVec3, DMat3)) -> (DVec3, DMat3) {
         let [pan, tilt, roll] = self.turn.map(f64::to_radians);
         let turned = axes
             * DMat3::from_rotation_y(pan)
             * DMat3::from_rotation_x(-tilt)
             * DMat3::from_rotation_z(-roll);
-        let eye = world_from_camera.translation + axes * glam::DVec3::from_array(self.shift);
-        Some(Viewpoint { eye, target: eye + turned.z_axis, up: turned.y_axis })
+        (eye + axes * DVec3::from_array(self.shift), turned)
     }
 }
 
@@ -150,14 +177,18 @@ impl fmt::Display for Draw {
         if self.light != 0.0 {
             write!(f, ", light {:+.1} stops", self.light)?;
         }
+        if let Some(pose) = self.pose {
+            write!(f, ", at {} s", pose.time)?;
+        }
+        if self.place != RigPlace::default() {
+            write!(f, ", camera {}", self.rig_camera)?;
+        }
         Ok(())
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use glam::DVec3;
-
     use super::*;
 
     #[test]
@@ -167,6 +198,10 @@ mod tests {
         let camera = DAffine3 { matrix3: 2.0 * axes, translation: DVec3::new(5.0, 0.0, 0.0) };
         let draw = |shift: [f64; 3], turn: [f64; 3]| Draw {
             pair: 0,
+            view: 0,
+            rig_camera: 0,
+            pose: None,
+            place: RigPlace::default(),
             seed: 0,
             scene: PathBuf::new(),
             lens: None,

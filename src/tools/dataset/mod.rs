@@ -15,13 +15,18 @@
 
 mod draw;
 mod manifest;
+mod objects;
 mod pair;
+mod row;
 mod spec;
+mod spec_checks;
+mod trajectory;
 
 pub use draw::Draw;
 pub use manifest::{Manifest, ManifestRow};
 pub use pair::{DatasetScene, Pair, prepare_pair, write_pair};
 pub use spec::{CleanCamera, CleanSpec, DatasetSpec, DegradedSpec, DrawSpec, DrawnFrom, Range};
+pub use trajectory::{StampedPose, Trajectory};
 
 use std::io;
 use std::path::{Path, PathBuf};

@@ -1,25 +1,27 @@
 //! One pair: its two jobs, and the files that they become.
 
+use std::collections::BTreeSet;
 use std::fmt::Display;
 use std::io::Write as _;
 use std::path::Path;
 
-use serde_json::{Map, Value, json};
+use serde_json::{Map, json};
 
 use super::manifest::{ManifestRow, relative};
+use super::row::row;
 use super::spec::{CleanCamera, DatasetSpec};
-use super::{DatasetError, Draw};
+use super::{DatasetError, Draw, objects};
 use petzval_base::io::{FileLog, OutputError, OutputFile, Outputs, ReadContext, Warning, npy};
 use petzval_image::{DisplayExposure, EncodingOptions, Note, Notes, RawFile, WhiteBalance};
 use petzval_lens::{FNumberError, Fidelity, LensModel, on_axis_irradiance};
-use petzval_optics::{Calibration, CalibrationSetup};
-use petzval_render::aov::Aov;
+use petzval_optics::CalibrationSetup;
 use petzval_render::job::Job;
 use petzval_render::plan::{Effect, EffectSelection};
 use petzval_render::prepare::{Changes, PrepareError, Prepared, prepare, prepare_draft};
 use petzval_render::{OpticalImage, ReadPicture, RenderError, RenderOptions, render};
 
 use petzval_render::sensor::Sensor;
+use petzval_scene::PlacedShape;
 use petzval_scene_formats::pbrt::Description;
 
 /// f-number of a lens that is stopped down to have all in focus.
@@ -83,7 +85,7 @@ pub struct Pair {
     pub sensor: Option<Sensor>,
     /// The warnings of the readers and of the preparation.
     pub warnings: Vec<Warning>,
-    notes: Notes,
+    pub(super) notes: Notes,
     psf: bool,
 }
 
@@ -211,12 +213,15 @@ pub fn write_pair(
         files.insert(kind.to_owned(), json!({ "file": relative(folder, path), "bytes": bytes }));
         Ok(())
     };
-    let mut degraded = None;
+    let (mut degraded, mut seen) = (None, None);
     for (kind, job, file) in
         [("clean", &pair.clean, &clean), ("degraded", &pair.degraded, &degraded_file)]
     {
-        let image = render_job(job, file, spec, pair, options)?;
+        let RenderedPicture { image, shapes } = render_job(job, file, spec, pair, options)?;
         add(kind, file)?;
+        if let Some(mut shapes) = shapes {
+            seen.get_or_insert_with(BTreeSet::new).append(&mut shapes);
+        }
         if kind == "degraded" {
             degraded = Some(image);
         }
@@ -262,7 +267,14 @@ pub fn write_pair(
     }
     // Some lenses have no centre of projection, or no model describes them: the row says null.
     let calibration = calibrated.and_then(Result::ok);
-    Ok(ManifestRow(row(spec, pair, calibration.as_ref(), files)))
+    let objects = seen.map(|seen| objects::rows(&pair.degraded, &seen));
+    Ok(ManifestRow(row(spec, pair, calibration.as_ref(), objects, files)))
+}
+
+/// The light of a picture whose file is written, and the shapes that it shows, if it has a layer of them.
+struct RenderedPicture {
+    image: OpticalImage,
+    shapes: Option<BTreeSet<PlacedShape>>,
 }
 
 fn render_job(
@@ -271,7 +283,7 @@ fn render_job(
     spec: &DatasetSpec,
     pair: &Pair,
     options: RenderOptions<'_>,
-) -> Result<OpticalImage, DatasetError> {
+) -> Result<RenderedPicture, DatasetError> {
     let output = render(job, options)?;
     if output.partial_mean_spp.is_some() {
         return Err(RenderError::Stopped.into());
@@ -289,109 +301,5 @@ fn render_job(
         notes.extend(pair.notes.iter().cloned());
     }
     picture.write_with_layers(&layers, file, job.frame.window(), encoding, &notes)?;
-    Ok(image)
-}
-
-/// Returns the manifest's row of a pair.
-fn row(
-    spec: &DatasetSpec,
-    pair: &Pair,
-    calibration: Option<&Calibration>,
-    files: Map<String, Value>,
-) -> Map<String, Value> {
-    let Pair { draw, clean, degraded, sensor, notes, .. } = pair;
-    let metadata: Map<String, Value> = notes
-        .iter()
-        .map(|(name, note)| {
-            let value = match note {
-                Note::Text(text) => json!(text),
-                Note::Number(number) => json!(number),
-            };
-            ((*name).to_owned(), value)
-        })
-        .collect();
-    let model = calibration.and_then(|calibration| {
-        let fit = calibration.suggested()?;
-        let names = fit.model.coefficient_names();
-        let distortion: Map<String, Value> = names
-            .iter()
-            .zip(&fit.coefficients)
-            .map(|(name, value)| ((*name).to_owned(), json!(value)))
-            .collect();
-        Some(json!({
-            "model": fit.model.name(),
-            "matrix": fit.matrix.rows(),
-            "distortion": distortion,
-            "largest_error_pixels": fit.residual.max,
-            "projection_centre_mm": calibration.centre.point.to_array(),
-        }))
-    });
-    let clean_model = match &clean.camera.model {
-        LensModel::Real(_) => model.clone(),
-        _ => Some(json!({ "model": "pinhole", "matrix": pinhole_matrix(clean) })),
-    };
-    let layers = |job: &Job| job.layers.iter().map(|layer: &Aov| layer.name()).collect::<Vec<_>>();
-    let picture = |job: &Job, camera: Option<Value>| {
-        json!({
-            "effects": effects(job),
-            "exposure": job.camera.imaging_ratio,
-            "world_from_camera": world_from_camera(job),
-            "layers": layers(job),
-            "camera": camera,
-        })
-    };
-    let value = json!({
-        "pair": draw.pair,
-        "seed": draw.seed,
-        "scene": draw.scene,
-        "lens": draw.lens,
-        "light_stops": draw.light,
-        "move_m": draw.shift,
-        "turn_degrees": draw.turn,
-        "f_number": draw.f_number,
-        "resolution": spec.resolution,
-        "spp": spec.spp,
-        "film_mm": degraded.camera.film,
-        "clean_camera": format!("{:?}", spec.clean.camera).to_lowercase(),
-        "clean": picture(clean, clean_model),
-        "degraded": picture(degraded, model),
-        "sensor": sensor.map(|sensor| json!({
-            "settings": sensor.to_string(),
-            "iso": sensor.iso,
-            "full_well": sensor.full_well,
-            "read_noise": sensor.read_noise.pixel,
-            "bits": sensor.bits,
-            "black": sensor.black_level,
-            "bayer": sensor.bayer.map(|bayer| bayer.name()),
-        })),
-        "metadata": metadata,
-        "files": files,
-    });
-    match value {
-        Value::Object(row) => row,
-        _ => Map::new(),
-    }
-}
-
-/// Returns the names of the effects that a picture has.
-fn effects(job: &Job) -> Vec<&'static str> {
-    Effect::ALL.into_iter().filter(|effect| job.plan.has(*effect)).map(Effect::name).collect()
-}
-
-/// Returns the camera matrix of a pinhole, in pixels whose centres are whole numbers.
-fn pinhole_matrix(job: &Job) -> [[f64; 3]; 3] {
-    let [width, height] = job.frame.resolution.map(f64::from);
-    let [across, down] = job.camera.film;
-    [
-        [width / across, 0.0, (width - 1.0) / 2.0],
-        [0.0, height / down, (height - 1.0) / 2.0],
-        [0.0, 0.0, 1.0],
-    ]
-}
-
-/// Returns the pose of a camera, row by row.
-fn world_from_camera(job: &Job) -> [[f64; 4]; 3] {
-    let pose = job.camera.world_from_camera;
-    let columns = [pose.matrix3.x_axis, pose.matrix3.y_axis, pose.matrix3.z_axis, pose.translation];
-    [0, 1, 2].map(|row| columns.map(|column| column[row]))
+    Ok(RenderedPicture { image, shapes: objects::seen_in(&layers) })
 }

@@ -8,16 +8,13 @@ use serde::{Deserialize, Deserializer};
 use toml::Spanned;
 
 use super::DatasetError;
+use super::trajectory::Trajectory;
 use petzval_base::io::{FileLog, Location, ReadContext};
 use petzval_image::ToneCurve;
 use petzval_render::aov::Aov;
 use petzval_render::plan::EffectSelection;
-use petzval_render::prepare::settings::{self, SettingError, SettingValue};
 use petzval_render::sensor::SensorSettings;
 use petzval_scene::shutter::{RollingShutter, ShutterSettings};
-
-/// Most pairs of a data set.
-const MAX_PAIRS: u32 = 10_000_000;
 
 /// A data set, as its file describes it. Paths are relative to that file.
 #[derive(Clone, Debug, Deserialize)]
@@ -78,6 +75,20 @@ pub struct DrawSpec {
     pub shift: Option<Reach>,
     /// Largest turns of the camera (degrees): pan, tilt and roll.
     pub turn: Option<Reach>,
+    /// The cameras of a rig, which take each view one after another; none is one camera.
+    #[serde(default, deserialize_with = "rig")]
+    pub rig: Vec<RigPlace>,
+    /// The file of poses of the camera, a line for each view.
+    pub trajectory: Option<Trajectory>,
+}
+
+/// Place of a camera in a rig, along and about the axes of the view.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct RigPlace {
+    /// Moves to the right, up and forward (m).
+    pub shift: [f64; 3],
+    /// Pan, tilt and roll (degrees).
+    pub turn: [f64; 3],
 }
 
 /// The camera of the clean pictures.
@@ -217,6 +228,20 @@ where
     text.parse().map(Some).map_err(serde::de::Error::custom)
 }
 
+/// Reads the places of the cameras of a rig: three numbers each, or six.
+fn rig<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<RigPlace>, D::Error> {
+    let place = |numbers: Vec<f64>| match numbers[..] {
+        [x, y, z] => Ok(RigPlace { shift: [x, y, z], turn: [0.0; 3] }),
+        [x, y, z, pan, tilt, roll] => Ok(RigPlace { shift: [x, y, z], turn: [pan, tilt, roll] }),
+        _ => {
+            let found = numbers.len();
+            let expected = "expected [right, up, forward] in m for each camera, and [..., pan, tilt, roll] in degrees";
+            Err(serde::de::Error::custom(format!("{expected}, found {found} numbers")))
+        }
+    };
+    Vec::<Vec<f64>>::deserialize(from)?.into_iter().map(place).collect()
+}
+
 fn layers<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<Aov>, D::Error> {
     let names = Vec::<String>::deserialize(from)?;
     let layers = names.iter().map(|name| name.parse());
@@ -243,6 +268,9 @@ impl DatasetSpec {
             let settings = SensorSettings::parse_in(folder, sensor.get_ref());
             spec.degraded.sensor = Some(settings.map_err(place)?);
         }
+        if let Some(trajectory) = &mut spec.draw.trajectory {
+            trajectory.read(folder, context).map_err(problem)?;
+        }
         spec.check().map_err(problem)?;
         let alike = Self { pairs: 0, ..spec.clone() };
         spec.digest = blake3::hash(format!("{alike:?}").as_bytes()).to_hex()[..16].to_owned();
@@ -253,12 +281,18 @@ impl DatasetSpec {
         };
         resolve(&mut spec.draw.scene);
         spec.draw.lens.as_mut().map(resolve);
+        if let Some(trajectory) = &mut spec.draw.trajectory {
+            trajectory.path = folder.join(&trajectory.path);
+        }
         Ok(spec)
     }
 
-    /// Returns the scenes and lenses that pairs may draw.
+    /// Returns the scenes, the lenses and the trajectory that pairs may draw.
     pub fn named_files(&self) -> FileLog {
         let mut files = FileLog::default();
+        if let Some(trajectory) = &self.draw.trajectory {
+            files.add(&trajectory.path, None);
+        }
         for drawn in std::iter::once(&self.draw.scene).chain(&self.draw.lens) {
             match drawn {
                 DrawnFrom::One(path) => files.add(path, None),
@@ -267,121 +301,5 @@ impl DatasetSpec {
             }
         }
         files
-    }
-
-    fn check(&self) -> Result<(), String> {
-        numbers("pairs", &[self.pairs], [1, MAX_PAIRS])?;
-        let whole = |n: u32| SettingValue::Whole(n.into());
-        setting("spp", self.spp, settings::samples, &whole(self.spp))?;
-        let [width, height] = self.resolution;
-        let size = SettingValue::List(vec![whole(width), whole(height)]);
-        setting("resolution", format!("[{width}, {height}]"), settings::resolution, &size)?;
-        numbers("exposure", &[self.exposure], [-64.0, 64.0])?;
-        let DrawSpec { scene, lens, focus, fstop, light, shift, turn } = &self.draw;
-        files("scene", scene)?;
-        lens.iter().try_for_each(|lens| files("lens", lens))?;
-        let f_number = |n| setting("draw.fstop", n, settings::f_number, &SettingValue::Number(n));
-        fstop.iter().try_for_each(|fstop| drawn_numbers("fstop", fstop, f_number))?;
-        let stops = |stops| numbers("draw.light", &[stops], [-30.0, 16.0]);
-        light.iter().try_for_each(|light| drawn_numbers("light", light, stops))?;
-        for (name, reach, most) in [("move", shift, 1e9), ("turn", turn, 180.0)] {
-            let reach = reach.map_or([0.0; 3], Reach::axes);
-            numbers(name, &reach, [0.0, most])?;
-        }
-        if light.is_some() && self.degraded.sensor.is_none() {
-            let hint = "the light changes the noise of a sensor: add sensor = \"\" to [degraded]";
-            return Err(format!("draw.light: {hint}"));
-        }
-        let mosaic = self.degraded.sensor.and_then(|sensor| sensor.bayer);
-        if self.degraded.develop.is_some() && mosaic.is_none_or(|bayer| bayer.is_quad()) {
-            let hint = "a picture is developed from a mosaic without a quad pattern: add bayer=rggb to 'sensor'";
-            return Err(format!("degraded.develop: {hint}"));
-        }
-        let CleanSpec { camera, effects } = &self.clean;
-        let none = EffectSelection::None;
-        if *camera == CleanCamera::Pinhole && effects.as_ref().is_some_and(|e| *e != none) {
-            let hint =
-                "a pinhole has no effects; expected \"none\", or camera = \"deep\" or \"lens\"";
-            return Err(format!("clean.effects: {hint}"));
-        }
-        let metres = |metres| focus_value(&FocusValue::Metres(metres));
-        match focus {
-            None => Ok(()),
-            Some(DrawnFrom::Range(range)) => drawn_range("focus", range, metres),
-            Some(DrawnFrom::List(list)) if list.is_empty() => {
-                Err("draw.focus has no values".into())
-            }
-            Some(DrawnFrom::List(list)) => list.iter().try_for_each(focus_value),
-            Some(DrawnFrom::One(value)) => focus_value(value),
-        }
-    }
-}
-
-/// Checks a value of a setting, which has its range everywhere.
-fn setting<T>(
-    name: &str,
-    found: impl Display,
-    read: fn(&SettingValue) -> Result<T, SettingError>,
-    value: &SettingValue,
-) -> Result<(), String> {
-    read(value).map(|_| ()).map_err(|expected| format!("{name} = {found}: {expected}"))
-}
-
-fn focus_value(value: &FocusValue) -> Result<(), String> {
-    match value {
-        FocusValue::Metres(metres) => {
-            setting("draw.focus", metres, settings::focus, &SettingValue::Number(*metres))
-        }
-        FocusValue::Word(word) if word == "auto" => Ok(()),
-        FocusValue::Word(word) => {
-            Err(format!("draw.focus: found \"{word}\"; expected a distance in m, inf, or \"auto\""))
-        }
-    }
-}
-
-fn numbers<T: Copy + PartialOrd + Display>(
-    name: &str,
-    values: &[T],
-    [low, high]: [T; 2],
-) -> Result<(), String> {
-    match values.iter().find(|value| !(low..=high).contains(*value)) {
-        None => Ok(()),
-        Some(value) => Err(format!("{name} = {value}: expected {low} to {high}")),
-    }
-}
-
-fn drawn_range(
-    name: &str,
-    range: &Range,
-    check: impl Fn(f64) -> Result<(), String>,
-) -> Result<(), String> {
-    [range.from, range.to].into_iter().try_for_each(check)?;
-    if range.from > range.to || range.to.is_infinite() || range.log && range.from <= 0.0 {
-        let Range { from, to, .. } = range;
-        let above = if range.log { ", both above 0 for a logarithmic range" } else { "" };
-        let expected = format!("expected from <= to, both finite{above}");
-        return Err(format!("draw.{name}: from = {from}, to = {to}: {expected}"));
-    }
-    Ok(())
-}
-
-fn drawn_numbers(
-    name: &str,
-    values: &DrawnFrom<f64>,
-    check: impl Fn(f64) -> Result<(), String>,
-) -> Result<(), String> {
-    match values {
-        DrawnFrom::Range(range) => drawn_range(name, range, check),
-        DrawnFrom::List(list) if list.is_empty() => Err(format!("draw.{name} has no values")),
-        DrawnFrom::List(list) => list.iter().copied().try_for_each(check),
-        DrawnFrom::One(value) => check(*value),
-    }
-}
-
-fn files(name: &str, values: &DrawnFrom<PathBuf>) -> Result<(), String> {
-    match values {
-        DrawnFrom::Range(_) => Err(format!("draw.{name}: expected the name of a file, or a list")),
-        DrawnFrom::List(list) if list.is_empty() => Err(format!("draw.{name} has no values")),
-        _ => Ok(()),
     }
 }
