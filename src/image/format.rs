@@ -69,6 +69,9 @@ impl EncodingOptions {
                 Some(mosaic) if mosaic.filter_side > 1 => {
                     return Err(ImageError::QuadMosaic { path });
                 }
+                Some(RawFormat { bits, .. }) if bits > 16 => {
+                    return Err(ImageError::RawRange { path, bits });
+                }
                 Some(mosaic) => Writer::Dng(Box::new(mosaic)),
             },
             ImageFormat::Npy => Writer::Npy,

@@ -172,6 +172,17 @@ pub enum ImageError {
         /// The file.
         path: PathBuf,
     },
+    /// A DNG file has codes of 16 bits, and those of the sensor have more.
+    #[error(
+        "{}: the sensor's codes have {bits} bits, and those of DNG 16: reduce 'bits' or 'hdr', or name a picture.exr",
+        path_excerpt(path)
+    )]
+    RawRange {
+        /// The file.
+        path: PathBuf,
+        /// The bits of the codes.
+        bits: u32,
+    },
     /// A DNG file holds the mosaic of a sensor, and the picture is none.
     #[error(
         "{}: DNG holds the mosaic of a sensor; add 'bayer', or name a picture.exr or .tif",

@@ -36,8 +36,10 @@ pub struct RawFormat {
     pub black: u16,
     /// Code of the value 1.
     pub white: u16,
-    /// Code from which photosites are saturated, at most `white`.
+    /// Code from which photosites are saturated: more than `white` if several of a pixel see brighter light.
     pub saturation: u16,
+    /// Bits of the codes, of which files hold 16.
+    pub bits: u32,
     /// Colours in daylight (D65).
     pub daylight: ColourCalibration,
     /// Colours in the light of a tungsten filament (illuminant A), of a camera that has been measured.
@@ -57,7 +59,8 @@ impl RawFormat {
     pub(super) fn code(&self, value: f32) -> u16 {
         let [black, white] = [self.black, self.white].map(f64::from);
         // The cast of NaN is 0.
-        (black + f64::from(value) * (white - black)).round().clamp(0.0, white) as u16
+        let last = white.max(f64::from(self.saturation));
+        (black + f64::from(value) * (white - black)).round().clamp(0.0, last) as u16
     }
 
     /// Returns the name of the camera, which raw converters take for that of its colours.
@@ -95,6 +98,7 @@ mod tests {
         largest_neutral: 1.0,
         black: 512,
         white: 16383,
+        bits: 14,
         saturation: 16000,
         daylight: ColourCalibration { from_xyz: [[1.0; 3]; 3], to_xyz_d50: [[1.0; 3]; 3] },
         tungsten: None,

@@ -14,6 +14,7 @@ mod ghosts;
 mod hero;
 mod light_paths;
 mod motion;
+mod photosites;
 mod plan;
 mod sensor;
 mod spectra;

@@ -35,6 +35,8 @@ const COARSE: Sensor = Sensor {
     crosstalk: Crosstalk([0.0; 3]),
     bits: 8,
     black_level: 15,
+    hdr: 1.0,
+    vignetting: None,
     bayer: None,
     filters: None,
 };

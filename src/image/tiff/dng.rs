@@ -221,6 +221,7 @@ mod tests {
             largest_neutral: 1.0,
             black: 100,
             white: 1123,
+            bits: 11,
             saturation: 612,
             daylight: COLOURS,
             tungsten: Some(COLOURS),

@@ -7,7 +7,7 @@ use super::report::Report;
 use super::{Changes, ExcludedEffects, PrepareError, film};
 use crate::job::{Job, StopCriteria};
 use crate::plan::{Misalignment, Plan};
-use crate::sensor::Sensor;
+use crate::sensor::{PixelVignetting, Sensor};
 use petzval_base::io::{FileLog, ReadContext};
 use petzval_lens::{Camera, LensModel};
 use petzval_scene_formats::pbrt::Description;
@@ -67,9 +67,22 @@ pub(super) fn draft(
     let pitch = 1e3 * film::pixel_pitch(&model, &film, film_size, frame.resolution);
     let filters = response.filters;
     let seconds = exposure.shutter.time();
-    let asked = changes
-        .sensor
-        .map(|settings| Sensor { filters, ..settings.sensor(film.iso, pitch, seconds) });
+    let imaging_ratio = imaging_ratio * exposure.efficiency;
+    let camera = Camera { model, film: film_size, world_from_camera, imaging_ratio, depth };
+    let vignetting = match changes.sensor.and_then(|settings| settings.microlenses) {
+        None => None,
+        Some(microlenses) => {
+            let traced = PixelVignetting::new(microlenses, &camera, &frame);
+            Some(traced.ok_or_else(|| {
+                let problem = "'sensor' microlens: light is lost by its angle behind a real lens, and this camera has none";
+                PrepareError::Request(problem.to_owned())
+            })?)
+        }
+    };
+    let asked = changes.sensor.map(|settings| {
+        let sensor = settings.sensor(film.iso, pitch, seconds);
+        Sensor { filters, vignetting, ..sensor }
+    });
     let sensor = asked.filter(|_| !excluded.sensor);
     if let Some(sensor) = &sensor {
         report.text("sensor", sensor.to_string());
@@ -88,12 +101,11 @@ pub(super) fn draft(
         report.number("samplesPerPixel", f64::from(samples));
     }
     report.number("seed", f64::from(seed));
-    let imaging_ratio = imaging_ratio * exposure.efficiency;
     let mut job = Job {
         diffraction: None,
         scene,
         spectral: None,
-        camera: Camera { model, film: film_size, world_from_camera, imaging_ratio, depth },
+        camera,
         plan: Plan::default(),
         frame,
         response,

@@ -26,36 +26,45 @@
 //! mosaic, every pixel has a photosite for each channel. Neighbours of a photosite collect a share of its charge
 //! ([`Crosstalk`]).
 //!
+//! Beside each photosite may be a smaller one, whose reading, scaled up, replaces that of the first from 90 % of saturation
+//! on ([`Sensor::hdr`]): values then exceed 1. Microlenses lose oblique light ([`PixelVignetting`]).
+//!
 //! Noise is a function of pixel, channel and seed; fixed patterns are one of pixel, channel and their own
 //! seed, and thus the same in all pictures.
 
 mod bayer;
+mod binning;
 mod crosstalk;
 mod deviations;
 mod exposure;
 mod filters;
 mod fixed_pattern;
+mod microlens;
 mod photosite_rng;
 mod poisson;
 mod raw_format;
 mod readout;
+mod second_photosite;
 mod sensor_file;
 mod setting_values;
 mod settings;
 mod settings_text;
 
 pub use bayer::Bayer;
+pub use binning::{Binning, BinningSum};
 pub use crosstalk::Crosstalk;
 pub use deviations::Components;
 pub use exposure::ev100;
 pub use filters::ColourFilters;
 pub use fixed_pattern::{FixedPattern, HotPixels};
+pub use microlens::{Microlenses, PixelVignetting};
 pub use settings::{DarkCurrent, SensorSettings, WELL_PER_UM2};
 
 use rayon::prelude::*;
 
 use petzval_image::Picture;
 use readout::{Photodiode, Readout};
+use second_photosite::salted;
 
 /// The ISO speed at which a full well is white (see the module's documentation).
 pub const BASE_ISO: f64 = 100.0;
@@ -78,6 +87,11 @@ pub struct Sensor {
     pub fixed_pattern: FixedPattern,
     /// Shares of the charge that neighbours collect.
     pub crosstalk: Crosstalk,
+    /// Sensitivity of a photosite relative to that of a smaller one beside it, whose reading counts where the
+    /// first saturates; 1 for no other.
+    pub hdr: f64,
+    /// Light that is lost behind microlenses; `None` for none.
+    pub vignetting: Option<PixelVignetting>,
     /// Bit depth of a code, 1 to 16.
     pub bits: u32,
     /// The code of no light, less than the last code.
@@ -118,10 +132,13 @@ impl Sensor {
     /// are equal. The result is finite for any input, and within 0 to 1 unless a camera's matrix has
     /// developed it or a code is below black.
     pub fn read_out(&self, picture: Picture, origin: [u32; 2], seed: u32) -> Picture {
-        let readout = Readout::new(self, origin, picture.size, seed);
+        let readouts =
+            self.photosites(|salt| Readout::new(self, origin, picture.size, salted(seed, salt)));
         let picture = self.behind_filters(picture, origin);
-        self.read_codes(picture, origin, |_, light, pixel, channel| {
-            readout.code(light[channel], pixel, channel as u32)
+        self.read_values(picture, origin, |_, light, pixel, channel| {
+            self.merged(&readouts, |readout, share| {
+                readout.code(share * light[channel], pixel, channel as u32)
+            })
         })
     }
 
@@ -137,25 +154,36 @@ impl Sensor {
     ) -> (Picture, [Picture; 2]) {
         let size = left.size;
         let [left, right] = [left, right].map(|half| self.behind_filters(half, origin));
-        let readout = Readout::new(self, origin, size, seed);
-        let [of_left, of_right] = [Photodiode::Left, Photodiode::Right]
-            .map(|half| Readout::of_photodiode(half, self, origin, size, seed));
-        let whole = self.read_codes(left.clone(), origin, |i, light, pixel, channel| {
-            let (others, number) = (right.pixels[i], channel as u32);
-            let electrons = of_left.electrons(light[channel], pixel, number)
-                + of_right.electrons(others[channel], pixel, number);
-            readout.code_of(electrons, pixel, number)
+        let photosites = self.photosites(|salt| {
+            let seed = salted(seed, salt);
+            let half = |half| Readout::of_photodiode(half, self, origin, size, seed);
+            let halves = [Photodiode::Left, Photodiode::Right].map(half);
+            (Readout::new(self, origin, size, seed), halves)
         });
-        let read_half = |half: Picture, readout: &Readout| {
-            self.read_codes(half, origin, |_, light, pixel, channel| {
-                readout.code(light[channel], pixel, channel as u32)
+        let whole = self.read_values(left.clone(), origin, |i, light, pixel, channel| {
+            let (others, number) = (right.pixels[i], channel as u32);
+            self.merged(&photosites, |(readout, [of_left, of_right]), share| {
+                let electrons = of_left.electrons(share * light[channel], pixel, number)
+                    + of_right.electrons(share * others[channel], pixel, number);
+                readout.code_of(electrons, pixel, number)
+            })
+        });
+        let read_half = |half: Picture, side: usize| {
+            self.read_values(half, origin, |_, light, pixel, channel| {
+                // The well of a half is half as deep, and saturates at half the code.
+                self.merged_below(0.5, &photosites, |(_, halves), share| {
+                    halves[side].code(share * light[channel], pixel, channel as u32)
+                })
             })
         };
-        (whole, [read_half(left, &of_left), read_half(right, &of_right)])
+        (whole, [read_half(left, 0), read_half(right, 1)])
     }
 
-    /// Returns the light of the photosites: behind the colour filters, and with the crosstalk of their neighbours.
+    /// Returns the light of the photosites: behind microlenses and colour filters, and with the crosstalk of their neighbours.
     fn behind_filters(&self, mut picture: Picture, origin: [u32; 2]) -> Picture {
+        if let Some(vignetting) = &self.vignetting {
+            vignetting.darken(&mut picture, origin);
+        }
         if let Some(filters) = &self.filters {
             picture.pixels.par_iter_mut().for_each(|pixel| *pixel = filters.raw(*pixel));
         }
@@ -174,13 +202,13 @@ impl Sensor {
         rows.map(|row| (0..3).map(|c| row[c] * light[c]).sum())
     }
 
-    /// Returns the picture of the codes of the photosites. `code` gets the index of a pixel, the light of its photosites,
-    /// its position in the frame, and a channel.
-    fn read_codes(
+    /// Returns the picture of the values of the photosites. `read` gets the index of a pixel, the light of its
+    /// photosites, its position in the frame, and a channel.
+    fn read_values(
         &self,
         mut picture: Picture,
         origin: [u32; 2],
-        code: impl Fn(usize, [f32; 3], [u32; 2], usize) -> u32 + Sync,
+        read: impl Fn(usize, [f32; 3], [u32; 2], usize) -> f32 + Sync,
     ) -> Picture {
         let width = picture.size[0].max(1);
         picture.pixels.par_chunks_mut(width).enumerate().for_each(|(row, pixels)| {
@@ -188,7 +216,7 @@ impl Sensor {
             for (column, pixel) in pixels.iter_mut().enumerate() {
                 let (i, x) = (row * width + column, origin[0] + column as u32);
                 let light = *pixel;
-                let read = |channel: usize| self.value(code(i, light, [x, y], channel));
+                let read = |channel: usize| read(i, light, [x, y], channel);
                 *pixel = match (self.bayer, self.filters) {
                     (Some(bayer), _) => [read(bayer.channel([x, y])); 3],
                     (None, None) => [read(0), read(1), read(2)],
@@ -210,6 +238,9 @@ impl Sensor {
     /// Variances of shot noise, read noise, fixed patterns and quantization add up, without hot pixels.
     /// Light and dark current beyond the full well count as a full well; no light gives infinity.
     pub fn relative_noise(&self, value: f64) -> f64 {
+        // The other photosite has the noise of less light.
+        let value =
+            if self.hdr > 1.0 && value > self.merging_value() { value / self.hdr } else { value };
         let relative = |noise: ReadingNoise| percentage(noise.variance().sqrt(), noise.electrons);
         let Some(filters) = &self.filters else { return relative(self.reading_noise(value)) };
         let white = match self.bayer {

@@ -16,8 +16,10 @@ impl Sensor {
     pub(crate) fn raw_format(&self, bayer: Bayer, camera: Option<&CameraSensor>) -> RawFormat {
         let (black, white) = (self.black_level, self.max_code());
         // Below the base speed, the full well comes first.
-        let full = f64::from(black) + self.code_span() * self.iso / BASE_ISO;
-        let saturation = full.round().clamp(f64::from(black) + 1.0, f64::from(white));
+        let share = (self.iso / BASE_ISO).min(1.0);
+        let full = f64::from(black) + self.code_span() * share * self.hdr;
+        let saturation = full.round().max(f64::from(black) + 1.0);
+        let last = f64::from(white).max(saturation);
         let electrons = self.white_electrons();
         let dark = self.reading_noise(0.0).variance();
         let side = if bayer.is_quad() { 2 } else { 1 };
@@ -39,6 +41,7 @@ impl Sensor {
             black: black as u16,
             white: white as u16,
             saturation: saturation as u16,
+            bits: (last + 1.0).log2().ceil() as u32,
             daylight: mixed(
                 camera.map_or_else(linear_srgb, |camera| calibration(camera, &d65())),
                 Primaries::SRGB.white_xyz().to_array(),

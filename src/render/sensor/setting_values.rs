@@ -1,6 +1,6 @@
 //! Values of sensor settings.
 
-use super::{Components, Crosstalk, DarkCurrent, HotPixels};
+use super::{Binning, BinningSum, Components, Crosstalk, DarkCurrent, HotPixels, Microlenses};
 
 /// Range of the full well (electrons). Beyond it, shot noise is less than a millionth.
 pub(super) const WELLS: [f64; 2] = [1.0, 1e12];
@@ -108,4 +108,38 @@ pub(super) fn parse_crosstalk(text: &str) -> Result<Crosstalk, String> {
         [red, green, blue] => Ok(Crosstalk([parse(red)?, parse(green)?, parse(blue)?])),
         _ => Err(wrong()),
     }
+}
+
+/// Parses `SIDE`, or `SIDE/charge` or `SIDE/codes`.
+pub(super) fn parse_binning(text: &str) -> Result<Binning, String> {
+    let wrong = || {
+        let most = Binning::MOST;
+        format!(
+            "binning: expected photosites along a side from 1 to {most}, and charge or codes, such as 2/charge, found \
+             {text:?}"
+        )
+    };
+    let (side, sum) = text.split_once('/').unwrap_or((text, "codes"));
+    let side = parse_integer("", side.trim(), "", [1, Binning::MOST]).map_err(|_| wrong())?;
+    match sum.trim() {
+        "codes" => Ok(Binning { side, sum: BinningSum::Codes }),
+        "charge" => Ok(Binning { side, sum: BinningSum::Charge }),
+        _ => Err(wrong()),
+    }
+}
+
+/// Parses `HALF`, or `HALF/CORNER`, in degrees.
+pub(super) fn parse_microlenses(text: &str) -> Result<Microlenses, String> {
+    let wrong = || {
+        format!(
+            "microlens: expected HALF or HALF/CORNER, the angle at which a photosite collects half the light from 1 to 90 \
+             degrees, and the chief ray angle of the corner that it is made for from 0 to 89, found {text:?}"
+        )
+    };
+    let (half, corner) = text.split_once('/').unwrap_or((text, "0"));
+    let parse = |text: &str, range| parse_number("", text.trim(), "", range).map_err(|_| wrong());
+    Ok(Microlenses {
+        half_angle: parse(half, [1.0, 90.0])?,
+        corner_angle: parse(corner, [0.0, 89.0])?,
+    })
 }

@@ -2,7 +2,7 @@
 
 use super::setting_values::WELLS;
 use super::settings_text::SPEEDS;
-use super::{BASE_ISO, Bayer, Components, Crosstalk, FixedPattern, Sensor};
+use super::{BASE_ISO, Bayer, Binning, Components, Crosstalk, FixedPattern, Microlenses, Sensor};
 
 /// Electrons that a full well holds, per um^2 of the pixel.
 ///
@@ -53,6 +53,12 @@ pub struct SensorSettings {
     pub pattern: FixedPattern,
     /// Shares of the charge that neighbours collect.
     pub crosstalk: Crosstalk,
+    /// Photosites of a pixel.
+    pub binning: Binning,
+    /// Sensitivity relative to that of a second photosite in each pixel; 1 for none.
+    pub hdr: f64,
+    /// Microlenses, which lose oblique light.
+    pub microlenses: Option<Microlenses>,
     /// Bit depth of a code.
     pub bits: u32,
     /// The code of no light; by default a thirty-second of all codes.
@@ -75,6 +81,9 @@ impl Default for SensorSettings {
             time: None,
             pattern: FixedPattern::default(),
             crosstalk: Crosstalk::default(),
+            binning: Binning::NONE,
+            hdr: 1.0,
+            microlenses: None,
             bits: 14,
             black: None,
             bayer: None,
@@ -84,25 +93,29 @@ impl Default for SensorSettings {
 
 impl SensorSettings {
     /// Returns the sensor for a film of this ISO speed and pixel pitch (um) and a shutter that is open for
-    /// `seconds`, without the filters of a camera.
+    /// `seconds`, without the filters of a camera and the microlenses behind its lens.
     pub fn sensor(&self, film_iso: f64, film_pitch: f64, seconds: f64) -> Sensor {
-        let pitch = self.pixel.unwrap_or(film_pitch);
-        let well = self.well.unwrap_or(WELL_PER_UM2 * pitch * pitch).clamp(WELLS[0], WELLS[1]);
+        let binning = self.binning;
+        let pitch = self.pixel.unwrap_or(film_pitch / f64::from(binning.side));
+        let well = self.well.unwrap_or(WELL_PER_UM2 * pitch * pitch) * binning.count();
+        let well = well.clamp(WELLS[0], WELLS[1]);
         let black_level = self.black.unwrap_or((1 << self.bits) / 32);
         let codes = f64::from((1 << self.bits) - 1 - black_level);
         let iso_of_gain =
             self.gain.map(|gain| (BASE_ISO * well * gain / codes).clamp(SPEEDS[0], SPEEDS[1]));
         let warming = self.dark.factor(self.temperature);
-        let mut fixed_pattern = self.pattern;
+        let mut fixed_pattern = binning.pattern(self.pattern);
         fixed_pattern.hot.dark_current *= warming;
         Sensor {
             iso: self.iso.or(iso_of_gain).unwrap_or(film_iso),
             full_well: well,
-            read_noise: self.read,
-            dark_current: self.dark.current * warming,
+            read_noise: binning.read_noise(self.read),
+            dark_current: self.dark.current * warming * binning.count(),
             seconds: self.time.unwrap_or(seconds),
             fixed_pattern,
-            crosstalk: self.crosstalk,
+            crosstalk: binning.crosstalk(self.crosstalk),
+            hdr: self.hdr,
+            vignetting: None,
             bits: self.bits,
             black_level,
             bayer: self.bayer,
@@ -126,6 +139,8 @@ mod tests {
             seconds: 0.02,
             fixed_pattern: FixedPattern::default(),
             crosstalk: Crosstalk::default(),
+            hdr: 1.0,
+            vignetting: None,
             bits: 14,
             black_level: 512,
             bayer: None,

@@ -5,10 +5,10 @@ use std::path::Path;
 use std::str::FromStr;
 
 use super::setting_values::{
-    TEMPERATURES, WELLS, parse_components, parse_crosstalk, parse_dark_current, parse_hot_pixels,
-    parse_integer, parse_number,
+    TEMPERATURES, WELLS, parse_binning, parse_components, parse_crosstalk, parse_dark_current,
+    parse_hot_pixels, parse_integer, parse_microlenses, parse_number,
 };
-use super::{Bayer, Components, FixedPattern, Sensor, SensorSettings, sensor_file};
+use super::{Bayer, Components, FixedPattern, Microlenses, Sensor, SensorSettings, sensor_file};
 
 /// Range of the ISO speed.
 pub(super) const SPEEDS: [f64; 2] = [1.0, 1e7];
@@ -21,7 +21,7 @@ const MAX_SECONDS: f64 = 1e9;
 const MAX_PRNU: f64 = 30.0;
 
 /// Names of the settings.
-pub(super) const NAMES: [&str; 16] = [
+pub(super) const NAMES: [&str; 19] = [
     "iso",
     "gain",
     "pixel",
@@ -35,6 +35,9 @@ pub(super) const NAMES: [&str; 16] = [
     "hot",
     "pattern",
     "crosstalk",
+    "binning",
+    "hdr",
+    "microlens",
     "bits",
     "black",
     "bayer",
@@ -121,6 +124,11 @@ impl SensorSettings {
             "hot" => self.pattern.hot = parse_hot_pixels(value)?,
             "pattern" => self.pattern.seed = parse_integer(name, value, "a seed", [0, u32::MAX])?,
             "crosstalk" => self.crosstalk = parse_crosstalk(value)?,
+            "binning" => self.binning = parse_binning(value)?,
+            "hdr" => {
+                self.hdr = parse_number(name, value, "a ratio of sensitivities", [1.0, 65536.0])?
+            }
+            "microlens" => self.microlenses = Some(parse_microlenses(value)?),
             "bits" => self.bits = parse_integer(name, value, "bits", [1, 16])?,
             "black" => self.black = Some(parse_integer(name, value, "a code", [0, 65534])?),
             "bayer" if value.is_empty() => self.bayer = Some(Bayer::default()),
@@ -226,6 +234,13 @@ impl fmt::Display for Sensor {
                 false => write!(to, ",crosstalk={red}/{green}/{blue}")?,
             }
         }
+        if self.hdr > 1.0 {
+            write!(to, ",hdr={}", self.hdr)?;
+        }
+        if let Some(vignetting) = &self.vignetting {
+            let Microlenses { half_angle, corner_angle } = vignetting.microlenses;
+            write!(to, ",microlens={half_angle}/{corner_angle}")?;
+        }
         match bayer {
             Some(bayer) => write!(to, ",bayer={bayer}"),
             None => Ok(()),
@@ -244,6 +259,7 @@ mod tests {
             "iso=100,well=9000,read=1.5/0.25/0,bits=12,black=64,dark=12.5,time=0.5,dsnu=0.8,prnu=0.7/0.1/0.3",
             "iso=1000,well=9000,read=2,bits=12,black=64,dark=40,time=0.5",
             "iso=100,well=9000,read=0,bits=10,black=4,time=8,dsnu=1/0/2,hot=0.0001/500,pattern=77",
+            "iso=100,well=9000,read=0,bits=10,black=4,hdr=16,bayer=rggb",
             "iso=100,well=9000,read=0,bits=10,black=4,crosstalk=3.5,bayer=quad-rggb",
             "iso=100,well=9000,read=0,bits=10,black=4,prnu=0.7,crosstalk=4/2.5/1",
         ] {
@@ -285,7 +301,7 @@ mod tests {
             (
                 "scene.pbrt",
                 "expected NAME=VALUE with iso, gain, pixel, well, read, dark, temperature, time, dsnu, prnu, hot, \
-                 pattern, crosstalk, bits, black or bayer, or a file NAME.toml before them, found \"scene.pbrt\"",
+                 pattern, crosstalk, binning, hdr, microlens, bits, black or bayer, or a file NAME.toml before them, found \"scene.pbrt\"",
             ),
             ("iso=0", "iso: expected a speed from 1 to 10000000, found \"0\""),
             ("iso", "found \"\""),
@@ -324,6 +340,11 @@ mod tests {
                 "bayer=rgb",
                 "bayer: expected rggb, bggr, grbg or gbrg, or quad- before them, found \"rgb\"",
             ),
+            ("binning=0", "binning: expected photosites along a side from 1 to 16"),
+            ("binning=2/light", "and charge or codes, such as 2/charge, found \"2/light\""),
+            ("hdr=0.5", "hdr: expected a ratio of sensitivities from 1 to 65536"),
+            ("microlens=0", "microlens: expected HALF or HALF/CORNER"),
+            ("microlens=20/95", "found \"20/95\""),
             ("crosstalk=41", "crosstalk: expected % from 0 to 40"),
             ("crosstalk=1/2", "or three such numbers RED/GREEN/BLUE, found \"1/2\""),
             ("iso=100,iso=200", "iso is given twice"),

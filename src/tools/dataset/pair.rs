@@ -20,7 +20,7 @@ use petzval_render::plan::{Effect, EffectSelection};
 use petzval_render::prepare::{Changes, PrepareError, Prepared, prepare, prepare_draft};
 use petzval_render::{OpticalImage, ReadPicture, RenderError, RenderOptions, render};
 
-use petzval_render::sensor::Sensor;
+use petzval_render::sensor::{PixelVignetting, Sensor};
 use petzval_scene::PlacedShape;
 use petzval_scene_formats::pbrt::Description;
 
@@ -168,6 +168,9 @@ pub fn prepare_pair(
         let mut sensor = settings.sensor(petzval_render::sensor::BASE_ISO, pitch, shutter.time());
         sensor.iso *= (-draw.light).exp2();
         sensor.filters = degraded.response.filters;
+        let Job { camera, frame, .. } = &degraded;
+        sensor.vignetting =
+            settings.microlenses.and_then(|lenses| PixelVignetting::new(lenses, camera, frame));
         sensor
     });
     draw.f_number = changes.f_number;

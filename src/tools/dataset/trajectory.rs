@@ -100,7 +100,8 @@ fn pose(row: &str) -> Result<StampedPose, String> {
         return Err(format!("found a coordinate of {far}; expected metres"));
     }
     let length = rotation.length();
-    if !((length - 1.0).abs() <= LENGTH_TOLERANCE) || !time.is_finite() {
+    let is_unit = (length - 1.0).abs() <= LENGTH_TOLERANCE;
+    if !is_unit || !time.is_finite() {
         return Err(format!("found a quaternion of length {length:.4}; {expected}"));
     }
     Ok(StampedPose { time, position, rotation: rotation.normalize() })
