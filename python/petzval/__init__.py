@@ -29,6 +29,7 @@ from ._petzval import (
     ImageQuality,
     Job,
     Lens,
+    Sensor,
     __version__,
     compare,
     develop,
@@ -41,6 +42,7 @@ from ._petzval import lens_models as _lens_models
 from ._petzval import prepare as _prepare
 from .arrays import Mesh
 from .camera import Camera
+from .charts import chart
 from .picture_settings import (
     AccuracySettings,
     LensModelSettings,
@@ -61,9 +63,11 @@ __all__ = [
     "PassSettings",
     "RenderSettings",
     "Scene",
+    "Sensor",
     "SweepSettings",
     "__version__",
     "accuracy",
+    "chart",
     "compare",
     "dataset",
     "develop",

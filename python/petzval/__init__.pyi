@@ -134,6 +134,38 @@ class Lens:
     def svg(self, rays: int = 9, film_distance: Optional[float] = None) -> str: ...
     def _repr_svg_(self) -> str: ...
 
+class Sensor:
+    """A sensor at one speed, which reads arrays of light out as ``petzval render --sensor`` does.
+
+    :param settings: those of ``sensor=``, such as ``"iso=800,read=2.5,bayer=rggb"`` or ``"camera.toml,iso=800"``
+    :param iso: speed of the film, which the settings replace
+    :param pitch: distance from pixel to pixel (um)
+    :param seconds: exposure time, in which dark current adds up
+    """
+
+    def __init__(self, settings: str = "", *, iso: float = 100.0, pitch: float = 6.0, seconds: float = 0.01) -> None: ...
+    @property
+    def settings(self) -> str: ...
+    @property
+    def iso(self) -> float: ...
+    @property
+    def full_well(self) -> float: ...
+    @property
+    def white_electrons(self) -> float: ...
+    @property
+    def gain(self) -> float: ...
+    @property
+    def read_noise(self) -> float: ...
+    @property
+    def bits(self) -> int: ...
+    @property
+    def black_level(self) -> int: ...
+    @property
+    def bayer(self) -> Optional[str]: ...
+    def read_out(self, pixels: ArrayLike, seed: int = 0) -> NDArray[np.float32]: ...
+    def codes(self, pixels: ArrayLike, seed: int = 0) -> NDArray[np.uint32]: ...
+    def relative_noise(self, value: float) -> float: ...
+
 class ImageQuality:
     """Real rays of a lens, traced once for all analyses."""
 
@@ -344,6 +376,18 @@ def compare(
 ) -> float: ...
 def read_image(path: Path) -> NDArray[np.float32]:
     """Read a picture: height x width x 3, or height x width of a file of one channel; linear sRGB."""
+
+def chart(
+    kind: Literal["edges", "grid", "flat", "leaves", "colours", "star", "greys"],
+    lens: Union[Path, Lens],
+    path: Path,
+    *,
+    focus: float,
+    resolution: tuple[int, int] = (1200, 800),
+    film_size: Union[str, tuple[float, float]] = (36.0, 24.0),
+    fstop: Optional[float] = None,
+) -> dict[str, Any]:
+    """Write the scene of a test chart that fills the picture of a lens, and return its regions."""
 
 def develop(path: Path, white_balance: str = "as-shot") -> NDArray[np.float32]:
     """Develop a raw file (.dng): height x width x 3, or height x width of a sensor without filters; linear sRGB.

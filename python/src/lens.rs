@@ -42,6 +42,11 @@ const MOST_PIXELS: i64 = 1 << 27;
 pub const WAVELENGTHS: std::ops::RangeInclusive<f64> = 100.0..=1e6;
 
 impl Lens {
+    /// Returns its surfaces.
+    pub fn prescription(&self) -> &Prescription {
+        &self.lens
+    }
+
     /// Returns its file.
     pub fn file(&self) -> &LensFile {
         &self.file

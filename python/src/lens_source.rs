@@ -53,6 +53,14 @@ impl LensFile {
         }
     }
 
+    /// Returns the path of a file on disk.
+    pub fn on_disk(&self) -> Option<&Path> {
+        match self {
+            Self::Path(path) => Some(path),
+            Self::Table(_) => None,
+        }
+    }
+
     /// Returns the context with the file, if it is in memory.
     pub fn attach(&self, context: ReadContext) -> ReadContext {
         match self {

@@ -7,6 +7,7 @@
 
 mod argument;
 mod array;
+mod chart;
 mod checkpoint;
 mod dataset;
 mod error;
@@ -22,6 +23,7 @@ mod passes;
 mod picture;
 mod scene;
 mod scene_arrays;
+mod sensor;
 mod settings;
 mod trace;
 mod worker;
@@ -39,6 +41,8 @@ fn _petzval(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<image::Image>()?;
     module.add_class::<passes::Passes>()?;
     module.add_class::<image_quality::ImageQuality>()?;
+    module.add_class::<sensor::Sensor>()?;
+    module.add_function(wrap_pyfunction!(chart::chart, module)?)?;
     module.add_function(wrap_pyfunction!(dataset::dataset, module)?)?;
     module.add_function(wrap_pyfunction!(job::prepare, module)?)?;
     module.add_function(wrap_pyfunction!(lens_models::lens_models, module)?)?;

@@ -1,13 +1,10 @@
 //! `petzval chart`: test charts as scenes.
 
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use petzval_base::io::{ReadContext, path_excerpt};
-use petzval_image::{BitDepth, EncodingOptions, PictureWindow};
-use petzval_lens::RealRayFocus;
-use petzval_tools::charts::{Chart, ChartCamera, ChartKind, ChartView};
+use petzval_tools::charts::{Chart, ChartFiles, ChartFilesError, ChartKind};
 
 use super::arguments::argv::{accepted_words, argv, shell_line};
 use super::lens::LensCameraArguments;
@@ -77,39 +74,24 @@ pub(super) fn run(arguments: &ChartArguments) -> Result<Outcome, Failure> {
     let outputs = camera.file.outputs(&context.files());
     let file = claim_writable(&outputs, output, "-o")?;
     let texture = output.with_extension("png");
-    let texture_file = match kind {
-        KindArgument::Leaves | KindArgument::Star => {
+    let kind = ChartKind::from(*kind);
+    let texture_file = match kind.has_texture() {
+        true => {
             check_name(&texture)?;
             Some(claim_writable(&outputs, &texture, "-o")?)
         }
-        _ => None,
+        false => None,
     };
     let focused = camera.focused(lens)?;
-    let named = |error: &dyn std::fmt::Display| format!("{}: {error}", camera.lens.display());
-    let calibration = focused.setup().calibrate_quickly().map_err(|error| named(&error))?;
-    let view = ChartView::new(&calibration).map_err(|error| named(&error))?;
-    let chart = Chart::new((*kind).into(), &view).map_err(|error| named(&error))?;
-    let description = ChartCamera {
-        lens: &lens_path,
-        stop_diameter: focused.lens.rows[focused.lens.stop()].diameter,
-        f_number: RealRayFocus::new(&focused.lens).f_number(),
+    let named = |error: ChartFilesError| match error {
+        ChartFilesError::Calibration(_) | ChartFilesError::Chart(_) => {
+            Failure::from(format!("{}: {error}", camera.lens.display()))
+        }
+        _ => error.to_string().into(),
     };
-    let texture_name = texture.file_name().unwrap_or_default().to_string_lossy();
-    let text = chart.scene(&view, &description, &shell_line(&argv()), &texture_name);
-    let text = text.map_err(|error| named(&error))?;
-    if let (Some(file), Some(picture)) = (&texture_file, &chart.texture) {
-        let frame = picture.size.map(|n| n as u32);
-        let window = PictureWindow { origin: [0, 0], frame };
-        let encoding = EncodingOptions {
-            grey: true,
-            bit_depth: (chart.kind() == ChartKind::Star).then_some(BitDepth::Sixteen),
-            ..EncodingOptions::default()
-        };
-        picture.write(file, window, encoding, &Vec::new())?;
-    }
-    file.write(|file| file.write_all(text.as_bytes()))
-        .map_err(|error| format!("cannot write {}: {error}", file.display()))?;
-    super::print(&next_steps(&chart, output, focused.setup().disperses()))
+    let files = ChartFiles::new(kind, &focused, &lens_path).map_err(named)?;
+    files.write(&shell_line(&argv()), &file, texture_file.as_ref()).map_err(named)?;
+    super::print(&next_steps(&files.chart, output, focused.setup().disperses()))
 }
 
 /// Checks that a scene can name a file.

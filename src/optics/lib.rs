@@ -29,6 +29,7 @@ pub(crate) mod tolerance;
 
 pub use calibration::channel::ChannelFields;
 pub use calibration::fit::Residual;
+pub use calibration::focused_lens::{FocusedLens, FocusedLensError};
 pub use calibration::model::{CameraMatrix, DistortionModel};
 pub use calibration::pixel_grid::{PixelGrid, SightLine};
 pub use calibration::projection_centre::ProjectionCentre;

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use petzval_base::io::ReadContext;
-use petzval_lens::{FocusModel, Pose, Prescription};
-use petzval_optics::{CalibrationSetup, FieldRay, PixelGrid};
+use petzval_lens::Prescription;
+use petzval_optics::FocusedLens;
 use petzval_render::prepare::settings;
 
 use super::conditions::StopArguments;
@@ -51,27 +51,6 @@ pub(in crate::cli) struct LensCameraArguments {
     pub file: LensFileArguments,
 }
 
-/// A lens in focus.
-pub(in crate::cli) struct FocusedLens {
-    /// The lens, with the stop and the groups as they are for the picture.
-    pub lens: Prescription,
-    film_distance: f64,
-    pixels: PixelGrid,
-}
-
-impl FocusedLens {
-    /// Returns the camera, whose pixels are seen by the centroids of their bundles.
-    pub fn setup(&self) -> CalibrationSetup<'_> {
-        CalibrationSetup {
-            lens: &self.lens,
-            film_distance: self.film_distance,
-            film_pose: Pose::ALIGNED,
-            pixels: self.pixels,
-            ray: FieldRay::Centroid,
-        }
-    }
-}
-
 impl LensCameraArguments {
     /// Reads the lens, and warns of what it leaves open.
     pub fn read(&self, context: &ReadContext) -> Result<Prescription, Failure> {
@@ -83,21 +62,8 @@ impl LensCameraArguments {
 
     /// Stops the lens down and focuses it.
     pub fn focused(&self, mut lens: Prescription) -> Result<FocusedLens, Failure> {
-        let named = |problem: String| Failure::from(format!("{}: {problem}", self.lens.display()));
-        let film = PixelGrid::used_part(self.resolution, self.sensor);
-        let pixels = PixelGrid::new(self.resolution, film[0]);
         self.stop.stop_down(&mut lens)?;
-        let (focus, diagonal) = (self.focus, film[0].hypot(film[1]));
-        let (lens, film_distance) = lens
-            .focused(focus, FocusModel::Sharpest, diagonal)
-            .map_err(|error| named(error.to_string()))?;
-        let rim = lens.rear_reach();
-        match film_distance > rim {
-            true => Ok(FocusedLens { lens, film_distance, pixels }),
-            false => Err(named(format!(
-                "the film, {film_distance:.4} mm behind the rear vertex, would stand inside the lens, which \
-                 reaches {rim:.4} mm behind it; focus nearer"
-            ))),
-        }
+        FocusedLens::new(&lens, self.focus, self.sensor, self.resolution)
+            .map_err(|error| format!("{}: {error}", self.lens.display()).into())
     }
 }

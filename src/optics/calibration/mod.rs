@@ -16,6 +16,7 @@
 pub(crate) mod bundle;
 pub(crate) mod channel;
 pub(crate) mod fit;
+pub mod focused_lens;
 pub(crate) mod model;
 pub(crate) mod pixel_grid;
 pub(crate) mod projection_centre;

@@ -1,5 +1,6 @@
 //! Test charts as scenes: flat, in the plane in focus of a given camera, and filling its picture.
 
+mod files;
 pub(crate) mod leaves;
 mod patch;
 pub(crate) mod patch_grid;
@@ -7,6 +8,7 @@ mod scene_text;
 pub(crate) mod star;
 mod view;
 
+pub use files::{ChartFiles, ChartFilesError};
 pub use scene_text::ChartCamera;
 pub use view::{ChartError, ChartView};
 
