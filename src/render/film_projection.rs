@@ -74,6 +74,25 @@ impl FilmProjection {
         Some([0, 1].map(|i| share[i] * self.resolution[i]))
     }
 
+    /// Returns whether all pixels see along the same direction.
+    pub fn is_parallel(&self) -> bool {
+        matches!(self.model, Model::Parallel(_))
+    }
+
+    /// Returns the displacement from an image of a point to another (pixels). A picture of all directions continues
+    /// beyond its edges: the shorter way counts, and `None` where the picture is folded.
+    pub fn displacement(&self, from: [f64; 2], to: [f64; 2]) -> Option<[f64; 2]> {
+        let [x, y] = [0, 1].map(|i| to[i] - from[i]);
+        let Model::Sphere(mapping) = self.model else { return Some([x, y]) };
+        let [width, height] = self.resolution;
+        match mapping {
+            SphericalMapping::Equirectangular => Some([x - width * (x / width).round(), y]),
+            SphericalMapping::EqualArea => {
+                (x.abs() < width / 2.0 && y.abs() < height / 2.0).then_some([x, y])
+            }
+        }
+    }
+
     /// Returns whether a point of the picture is on the film.
     pub fn is_on_film(&self, pixel: [f64; 2]) -> bool {
         (0..2).all(|i| (0.0..=self.resolution[i]).contains(&pixel[i]))

@@ -81,6 +81,14 @@ pub struct Job {
 }
 
 impl Job {
+    /// Replaces the camera, and the motion of points across its picture.
+    pub fn set_camera(&mut self, camera: Camera) {
+        if let Some(vectors) = &mut self.motion_vectors {
+            *vectors = Arc::new(vectors.seen_by(&camera, self.frame.resolution));
+        }
+        self.camera = camera;
+    }
+
     /// Returns the point spreads of the part of the picture that is rendered.
     pub(crate) fn point_spreads(&self) -> Arc<Diffraction> {
         let known = self.diffraction.as_ref();
@@ -183,6 +191,7 @@ impl Job {
     pub fn layer_request(&self) -> LayerRequest<'_> {
         LayerRequest {
             layers: &self.layers,
+            scene: &self.scene,
             camera: &self.camera,
             frame: &self.frame,
             timing: self.timing.as_ref(),

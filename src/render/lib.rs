@@ -175,8 +175,7 @@ impl RenderOutput {
     pub fn layers(&self, job: &Job) -> Vec<ImageLayer> {
         let samples = job.samples.end - job.samples.start;
         let request = job.layer_request();
-        let mut layers =
-            aov::layers(&request, samples, &self.film, self.features.as_ref(), &job.scene);
+        let mut layers = aov::layers(&request, samples, &self.film, self.features.as_ref());
         job.convert_layers(&mut layers);
         layers.extend(self.film.spectrum(samples));
         layers

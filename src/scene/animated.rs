@@ -112,6 +112,11 @@ impl Scene {
         &self.animated.all
     }
 
+    /// Returns the animated instances, shared with the scene.
+    pub fn shared_animated_instances(&self) -> Arc<[AnimatedInstance]> {
+        self.animated.all.clone()
+    }
+
     /// Returns the number of instances that are not animated. Hits count the animated ones after them.
     pub fn resting_instance_count(&self) -> u32 {
         self.instances.len() as u32

@@ -33,6 +33,8 @@ pub struct ShapeSpec {
     pub object: Option<u32>,
     /// Name, if the scene file gives one.
     pub name: Option<String>,
+    /// Name of what the shape is a copy of, if that is another; of shapes in objects, it is the object.
+    pub asset: Option<String>,
 }
 
 impl ShapeSpec {
@@ -46,6 +48,7 @@ impl ShapeSpec {
             interface: None,
             object: None,
             name: None,
+            asset: None,
         }
     }
 }
@@ -184,10 +187,14 @@ impl SceneBuilder {
     /// Adds a shape to the world or to an object, and returns its index. Shapes of objects emit
     /// nothing. Patches and curves that emit light become triangles.
     pub fn add_shape(&mut self, spec: ShapeSpec) -> u32 {
-        let ShapeSpec { mut geometry, material, emission, alpha, interface, object, name } = spec;
+        let ShapeSpec { mut geometry, material, emission, alpha, interface, object, name, asset } =
+            spec;
         let shape = self.shapes.len() as u32;
         if let Some(name) = name {
-            self.names.set_shape(shape, &name);
+            self.names.set_shape(shape, &name, object.is_some());
+        }
+        if let Some(asset) = asset {
+            self.names.set_asset(shape, &asset);
         }
         let mut light = NO_INDEX;
         if let (Some(emission), None) = (emission, object) {

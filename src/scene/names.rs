@@ -2,29 +2,34 @@
 
 use std::borrow::Cow;
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use super::{PlacedShape, Scene};
 use petzval_base::rays::NO_INDEX;
 
-/// Names of shapes, objects and materials. Those of shapes and objects are unique: of equal names, the second
-/// becomes `name.001`. Parts without a name are called by their index.
+/// Names of shapes, objects and materials. Of equal names of objects and shapes outside objects, or of shapes in
+/// objects, the second becomes `name.001`. Parts without a name are called by their index.
 #[derive(Clone, Debug, Default)]
 pub struct SceneNames {
-    shapes: UniqueNames,
-    objects: UniqueNames,
+    shapes: HashMap<u32, Arc<str>>,
+    objects: HashMap<u32, Arc<str>>,
+    /// Names of what shapes outside objects are copies of, where the file says so.
+    assets: HashMap<u32, Arc<str>>,
     /// Several materials may share a name: the variants of one in the file do.
-    materials: HashMap<u32, Box<str>>,
+    materials: HashMap<u32, Arc<str>>,
+    /// Names of objects and of shapes outside them, and of shapes in objects.
+    taken: [UniqueNames; 2],
 }
 
 impl SceneNames {
     /// Returns the name of a shape.
     pub fn shape(&self, index: u32) -> Cow<'_, str> {
-        name_or_index(&self.shapes.by_index, "shape", index)
+        name_or_index(&self.shapes, "shape", index)
     }
 
     /// Returns the name of an object.
     pub fn object(&self, index: u32) -> Cow<'_, str> {
-        name_or_index(&self.objects.by_index, "object", index)
+        name_or_index(&self.objects, "object", index)
     }
 
     /// Returns the name of a material.
@@ -32,22 +37,19 @@ impl SceneNames {
         name_or_index(&self.materials, "material", index)
     }
 
-    /// Returns the name that the scene file gives to a shape.
-    pub fn given_to_shape(&self, index: u32) -> Option<&str> {
-        self.shapes.by_index.get(&index).map(|name| &**name)
-    }
-
-    /// Returns the name that the scene file gives to an object.
-    pub fn given_to_object(&self, index: u32) -> Option<&str> {
-        self.objects.by_index.get(&index).map(|name| &**name)
-    }
-
-    pub(super) fn set_shape(&mut self, index: u32, name: &str) {
-        self.shapes.set(index, name);
+    /// Names a shape outside objects, or in one.
+    pub(super) fn set_shape(&mut self, index: u32, name: &str, in_object: bool) {
+        let name = self.taken[usize::from(in_object)].unique(name);
+        self.shapes.insert(index, name);
     }
 
     pub(super) fn set_object(&mut self, index: u32, name: &str) {
-        self.objects.set(index, name);
+        let name = self.taken[0].unique(name);
+        self.objects.insert(index, name);
+    }
+
+    pub(super) fn set_asset(&mut self, shape: u32, name: &str) {
+        self.assets.insert(shape, name.into());
     }
 
     pub(super) fn set_material(&mut self, index: u32, name: &str) {
@@ -66,56 +68,49 @@ impl Scene {
         }
     }
 
-    /// Returns the name of the asset that a shape belongs to: its object, which all instances share, or the shape
-    /// itself outside objects.
+    /// Returns the name of the asset that a shape belongs to: its object, which all instances share, or outside objects
+    /// what the file calls it a copy of, or the shape itself.
     pub fn asset_name(&self, placed: PlacedShape) -> Cow<'_, str> {
-        match placed.instance {
-            NO_INDEX => self.names.shape(placed.shape),
-            instance => self.names.object(self.object_of(instance)),
+        match (self.given_asset_name(placed), placed.instance) {
+            (Some(name), _) => Cow::Borrowed(name),
+            (None, NO_INDEX) => self.names.shape(placed.shape),
+            (None, instance) => self.names.object(self.object_of(instance)),
         }
     }
-}
 
-impl Scene {
-    /// Returns the name that the scene file gives to the asset of a shape, as [`Self::asset_name`].
+    /// Returns the same as [`Self::asset_name`] if the scene file gives the name.
     pub fn given_asset_name(&self, placed: PlacedShape) -> Option<&str> {
-        match placed.instance {
-            NO_INDEX => self.names.given_to_shape(placed.shape),
-            instance => self.names.given_to_object(self.object_of(instance)),
-        }
+        let SceneNames { shapes, objects, assets, .. } = &*self.names;
+        let name = match placed.instance {
+            NO_INDEX => assets.get(&placed.shape).or_else(|| shapes.get(&placed.shape)),
+            instance => objects.get(&self.object_of(instance)),
+        };
+        name.map(|name| &**name)
     }
 }
 
-fn name_or_index<'a>(names: &'a HashMap<u32, Box<str>>, kind: &str, index: u32) -> Cow<'a, str> {
+fn name_or_index<'a>(names: &'a HashMap<u32, Arc<str>>, kind: &str, index: u32) -> Cow<'a, str> {
     match names.get(&index) {
         Some(name) => Cow::Borrowed(name),
         None => Cow::Owned(format!("{kind} {index}")),
     }
 }
 
-/// Names by index, of which no two are equal.
+/// Names of which no two are equal, with the number of times that each was asked for.
 #[derive(Clone, Debug, Default)]
-struct UniqueNames {
-    by_index: HashMap<u32, Box<str>>,
-    /// The number of times that each name was given or made.
-    uses: HashMap<Box<str>, u32>,
-}
+struct UniqueNames(HashMap<Arc<str>, u32>);
 
 impl UniqueNames {
-    fn set(&mut self, index: u32, name: &str) {
-        let mut unique = name.to_owned();
-        while let Some(uses) = self.uses.get_mut(&unique[..]) {
+    /// Returns a name that no other part has: the one asked for, or that with a number.
+    fn unique(&mut self, name: &str) -> Arc<str> {
+        let mut unique: Arc<str> = name.into();
+        while self.0.contains_key(&unique) {
+            let uses = self.0.entry(name.into()).or_insert(0);
+            unique = format!("{name}.{uses:03}").into();
             *uses += 1;
-            let number = *uses - 1;
-            unique = format!("{name}.{number:03}");
-            if !self.uses.contains_key(&unique[..]) {
-                break;
-            }
-            // Another part was given the name that this one would have: the next number is tried.
-            unique = name.to_owned();
         }
-        self.uses.insert(unique.clone().into(), 1);
-        self.by_index.insert(index, unique.into());
+        self.0.insert(unique.clone(), 1);
+        unique
     }
 }
 
@@ -126,13 +121,17 @@ mod tests {
     #[test]
     fn equal_names_get_numbers_that_no_other_part_has() {
         let mut names = SceneNames::default();
-        for (index, name) in
-            ["leaf", "leaf.001", "leaf", "leaf", "leaf.001"].into_iter().enumerate()
-        {
-            names.set_shape(index as u32, name);
+        let given = ["leaf", "leaf.001", "leaf", "leaf", "leaf.001"];
+        for (index, name) in (0..).zip(given) {
+            names.set_shape(index, name, false);
         }
-        let found: Vec<_> = (0..6).map(|index| names.shape(index).into_owned()).collect();
-        assert_eq!(found, ["leaf", "leaf.001", "leaf.002", "leaf.003", "leaf.001.001", "shape 5"]);
+        names.set_object(0, "leaf");
+        names.set_shape(6, "leaf", true);
+        let found: Vec<_> = (0..7).map(|index| names.shape(index).into_owned()).collect();
+        let expected =
+            ["leaf", "leaf.001", "leaf.002", "leaf.003", "leaf.001.001", "shape 5", "leaf"];
+        assert_eq!(found, expected);
+        assert_eq!(names.object(0), "leaf.004");
     }
 
     #[test]

@@ -2,6 +2,8 @@
 
 use glam::{DMat3, DQuat, DVec3};
 use petzval::Picture;
+use petzval_base::io::ReadContext;
+use petzval_image::PictureLayers;
 use serde_json::Value;
 
 use super::dataset::{read, rows, run, scene};
@@ -165,4 +167,41 @@ fn a_camera_follows_a_trajectory_of_poses() {
     refuses(&spec(1), "poses.txt:2: found 7 numbers; expected time x y z");
     write("# nothing\n");
     refuses(&spec(1), "poses.txt has no poses");
+}
+
+#[test]
+fn cameras_of_a_rig_rest_and_pinholes_have_motion_of_their_own() {
+    let folder = folder();
+    // The camera moves by 0.2 m to the right.
+    scene(&folder, "ActiveTransform EndTime Translate -0.2 0 0 ActiveTransform All");
+    let spec = |pairs: u32, rig: &str| {
+        format!(
+            "pairs = {pairs}\nresolution = [60, 40]\nspp = 4\nlayers = [\"motion\"]\n[draw]\n\
+             scene = \"scene.pbrt\"\n{rig}\n"
+        )
+    };
+    let number = |value: &Value| value.as_f64().expect("a number");
+    let (code, _, log) = run(folder.path(), &spec(1, ""), &[]);
+    assert_eq!(code, 0, "{log}");
+    let row = rows(folder.path()).remove(0);
+    let path = folder.path().join("out/000000.clean.exr");
+    let layers = PictureLayers::read(&path, &ReadContext::default()).expect("layers");
+    let motion = layers.layers.iter().find(|layer| layer.name == "motion").expect("a layer");
+    // The wall, 4 m away, as the pinhole in the entrance pupil sees it.
+    let depth = 4.0 - number(&row["clean"]["world_from_camera"][2][3]);
+    let expected = -0.2 * number(&row["clean"]["camera"]["matrix"][0][0]) / depth;
+    let found = f64::from(motion.channels[0].1[20 * 60 + 30]);
+    assert!((found / expected - 1.0).abs() < 1e-3, "{found}, not {expected}");
+
+    std::fs::remove_dir_all(folder.path().join("out")).expect("a folder");
+    let rig = "rig = [[0.0, 0.0, 0.0], [0.06, 0.0, 0.0]]";
+    let (code, _, log) = run(folder.path(), &spec(2, rig), &[]);
+    assert_eq!(code, 0, "{log}");
+    let rows = rows(folder.path());
+    let eyes = [0, 1].map(|i| number(&rows[i]["degraded"]["world_from_camera"][0][3]));
+    assert!((eyes[1] - eyes[0] - 0.06).abs() < 1e-9, "{eyes:?}");
+    for row in &rows {
+        let effects = row["degraded"]["effects"].as_array().expect("effects");
+        assert!(!effects.iter().any(|effect| effect == "motion"), "{effects:?}");
+    }
 }

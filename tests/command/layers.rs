@@ -5,6 +5,7 @@ use exr::meta::attribute::{AttributeValue, Text};
 use petzval_base::io::ReadContext;
 use petzval_image::{Picture, PictureLayers};
 
+use crate::support::root;
 use crate::support::workspace::Workspace;
 
 const BALL: &str = "\nMakeNamedMaterial \"chalk, grün\" \"string type\" \"diffuse\"\nNamedMaterial \"chalk, grün\"\n\
@@ -63,6 +64,30 @@ fn parts_are_for_exr_alone() {
         .command("render scene.pbrt --spp 1 --resolution 24x16 -o one.png --multipart")
         .output()
         .expect("a command");
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert!(said.contains("--multipart is for EXR; one.png has one part"), "{said}");
+    let log = String::from_utf8_lossy(&output.stderr);
+    assert!(log.contains("--multipart is for EXR; one.png has one part"), "{log}");
+}
+
+#[test]
+fn mattes_of_gltf_have_the_names_of_nodes_and_materials() {
+    let workspace = Workspace::new();
+    let scene = root().join("scenes/boxes.gltf");
+    let arguments = format!(
+        "render {} --spp 1 --resolution 60x40 --aov cryptomatte -o boxes.exr",
+        scene.display()
+    );
+    workspace.run_ok(&arguments);
+    let path = workspace.path("boxes.exr");
+    let header = MetaData::read_from_file(path, true).expect("an EXR").headers.swap_remove(0);
+    let names = |key: &str| {
+        let name = Text::from(&*format!("cryptomatte/{key}/manifest"));
+        let Some(AttributeValue::Text(text)) = header.own_attributes.other.get(&name) else {
+            panic!("no {key}")
+        };
+        let manifest: serde_json::Value = serde_json::from_str(&text.to_string()).expect("JSON");
+        let names = manifest.as_object().expect("names").keys();
+        names.cloned().collect::<Vec<String>>()
+    };
+    assert_eq!(names("3ae39a5"), ["floor", "left", "middle", "right"]);
+    assert_eq!(names("be359d6"), ["brass", "floor", "painted steel", "red plastic"]);
 }

@@ -2,10 +2,12 @@
 
 use crate::support::{mean_and_error, root};
 use petzval_image::{EncodingOptions, ImageError, Picture};
-use petzval_lens::LensModel;
+use petzval_lens::{LensModel, Pose};
 use petzval_render::film::Frame;
 use petzval_render::prepare::{Changes, prepare};
-use petzval_render::sensor::{Microlenses, PixelVignetting, Sensor, SensorSettings};
+use petzval_render::sensor::{
+    MicrolensError, Microlenses, PixelVignetting, Sensor, SensorSettings,
+};
 
 fn sensor(text: &str) -> Sensor {
     text.parse::<SensorSettings>().expect(text).sensor(100.0, 4.0, 1.0)
@@ -54,6 +56,8 @@ fn pixels_of_binned_codes_read_the_sum_of_their_photosites() {
     assert_eq!(charge.read_noise, sensor("read=3/1/0").read_noise);
     let codes = sensor("read=3/1/0.5,binning=4").read_noise;
     assert_eq!([codes.pixel, codes.row, codes.column], [12.0, 8.0, 4.0]);
+    let hot = sensor("hot=0.01/100,binning=16").fixed_pattern.hot;
+    assert!((hot.share * hot.dark_current - 256.0).abs() < 1e-9, "{hot:?}");
     // The pixel of the film holds four photosites, each a quarter of its area.
     assert_eq!(sensor("binning=2").full_well, sensor("").full_well);
     assert_eq!(sensor("pixel=1,binning=2").full_well, 6000.0);
@@ -85,6 +89,11 @@ fn a_second_sensitivity_reads_what_saturates_the_first() {
             );
         }
     }
+    // Hot pixels and dark current of the small photosite are not brighter than those of the first.
+    let warm = sensor("well=20000,hdr=16,hot=0.01/1e6,dark=100,bits=14");
+    let bright = readings(&warm, 0.02, size, 4).into_iter().filter(|&v| v > 1.5).count();
+    // Of a hundred pixels, one has a first photosite that is hot, and one a second.
+    assert!(bright < 40, "{bright} pixels of 90,000");
     assert!(readings(&hdr, 40.0, size, 3).iter().all(|&v| (v - 16.0).abs() < 0.1));
     // Halves of dual pixels add up to the whole in the range of both photosites.
     for value in [0.2, 0.7, 5.0] {
@@ -156,6 +165,30 @@ fn microlenses_lose_oblique_light_that_they_are_not_made_for() {
     // Made for a steeper lens, the corner loses light again.
     assert!(share(&vignetting(20.0, corner + 20.0), [0, 0]) < 0.6);
     assert!(job.sensor.expect("a sensor").vignetting.is_some());
+    // On a shifted film, microlenses are made for the middle of the sensor, and chief rays come from the axis.
+    let mut camera = job.camera.clone();
+    let mut pose = |pose: Pose| {
+        let LensModel::Real(lens) = &mut camera.model else { panic!() };
+        lens.film_pose = pose;
+        camera.clone()
+    };
+    let decentred = pose(Pose { decentre: [10.0, 0.0], ..Pose::ALIGNED });
+    let microlenses = Microlenses { half_angle: 10.0, corner_angle: 40.0 };
+    let shifted = PixelVignetting::new(microlenses, &decentred, &job.frame).expect("a real lens");
+    let radial = |mm: f64| (mm / pupil).atan().to_degrees();
+    for column in [40, 90, 140] {
+        let pixel = [column, 60];
+        // The picture is mirrored: the film moves to its right, and the axis to the right of the picture.
+        let [from_axis, from_middle] =
+            [140.0, 90.0].map(|foot| (f64::from(column) + 0.5 - foot) * pitch);
+        let deviation = radial(from_axis) - 40.0 * from_middle / (43.27 / 2.0);
+        let expected = (-(deviation / 10.0).powi(2)).exp2();
+        let found = share(&shifted, pixel);
+        assert!((found - expected).abs() < 0.05, "{pixel:?}: {found}, not {expected}");
+    }
+    let tilted = pose(Pose { tilt: [0.0, 5.0], ..Pose::ALIGNED });
+    let tilted = PixelVignetting::new(microlenses, &tilted, &job.frame);
+    assert_eq!(tilted, Err(MicrolensError::NotRound));
 }
 
 #[test]

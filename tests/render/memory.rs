@@ -44,6 +44,7 @@ fn the_memory_of_a_render_is_close_to_its_estimate_and_not_above() {
         ("a.exr --spp 4 --effects none --light-paths on --resolution 900x600", 2.0),
         ("a.exr --spp 1 --effects +sensor,-diffraction --sensor --resolution 1000x800", 1.5),
         ("a.exr --spp 1 --effects none --resolution 1000x800 --aov dual_pixel", 1.5),
+        ("a.exr --spp 1 --effects none --resolution 700x600 --aov cryptomatte,motion", 1.5),
         ("a.exr --spp 1 --effects +sensor --sensor --resolution 1000x800 --aov dual_pixel", 1.5),
         ("a.exr --spp 1 --effects +diffraction --resolution 700x500 --aov dual_pixel", 1.5),
     ] {

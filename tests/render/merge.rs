@@ -5,7 +5,7 @@ use std::time::Duration;
 use crate::support::workspace::{Workspace, finish, forge_build, signal};
 
 const RENDER: &str = "render scene.pbrt --spp 130 --effects +ghosts --resolution 48x32 \
-                     --aov variance,depth,samples,object,dual_pixel";
+                     --aov variance,depth,samples,object,dual_pixel,cryptomatte,motion";
 
 /// Largest relative difference: sums in f64 differ by their order, f32 values by their last bit.
 const ROUNDING: f64 = 1e-5;
@@ -26,7 +26,7 @@ fn parts_in_any_order_give_the_picture_of_a_single_run() {
     let [whole, a, b] = ["whole.exr", "a.exr", "b.exr"].map(|name| workspace.contents(name));
     assert_eq!(a, b, "the order of parts changes the picture");
     assert_eq!(a.attributes, whole.attributes);
-    assert_eq!(a.channels.len(), 18);
+    assert_eq!(a.channels.len(), 56);
     let off = a.difference(&whole);
     assert!(off < ROUNDING, "differs by {off:e}");
 }

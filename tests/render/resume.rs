@@ -9,9 +9,9 @@ use petzval_render::checkpoint::SavedRender;
 
 /// A uniform render with layers of every kind that is accumulated.
 const UNIFORM: &str = "render scene.pbrt -o a.exr --spp 150 --effects +ghosts --threads 2 \
-                    --aov variance,depth,samples,object,dual_pixel";
+                    --aov variance,depth,samples,object,dual_pixel,cryptomatte,motion";
 const ADAPTIVE: &str = "render scene.pbrt -o a.exr --noise 0.02 --effects +ghosts --threads 2 \
-                        --aov variance,depth,dual_pixel";
+                        --aov variance,depth,dual_pixel,cryptomatte,motion";
 
 /// Size of a checkpoint that holds samples of a tile or more, bytes: 256 pixels take 6 KB.
 const SOME_TILES: u64 = 8000;

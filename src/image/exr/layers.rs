@@ -22,29 +22,36 @@ pub struct PictureLayers {
 
 impl PictureLayers {
     /// Reads the layers of an OpenEXR file, of one part or of several: all channels that are called `layer.channel`,
-    /// `A`, and the channels of further parts, which may give the layer's name themselves.
+    /// `A`, and the channels of further parts of the same size, which may give the layer's name themselves.
     ///
     /// # Errors
-    /// Returns an error if the file cannot be read, or if its channels or parts have several sizes.
+    /// Returns an error if the file cannot be read, or if its channels have several resolutions.
     pub fn read(path: &Path, context: &ReadContext) -> std::result::Result<Self, ImageError> {
         let bytes = |parts: &[Header]| {
             2 * parts.iter().map(|part| part.channels.bytes_per_pixel as u64).sum::<u64>()
         };
         let _held = hold_parts(path, context, bytes)?;
-        let image = exr::prelude::read()
-            .no_deep_data()
-            .largest_resolution_level()
-            .all_channels()
-            .all_layers()
-            .all_attributes()
-            .from_file(path)
-            .map_err(|error| match error {
-                Error::Io(source) => ImageError::Io { verb: "read", path: path.to_owned(), source },
-                other => ImageError::Malformed { path: path.to_owned(), found: other.to_string() },
-            })?;
+        let reader =
+            || exr::prelude::read().no_deep_data().largest_resolution_level().all_channels();
+        let parts: Layers<_> = match reader().all_layers().all_attributes().from_file(path) {
+            Ok(image) => image.layer_data,
+            Err(Error::Io(source)) => {
+                return Err(ImageError::Io { verb: "read", path: path.to_owned(), source });
+            }
+            // A part may be of a kind that is not read, such as deep samples.
+            Err(_) => reader()
+                .first_valid_layer()
+                .all_attributes()
+                .from_file(path)
+                .map(|image| std::iter::once(image.layer_data).collect())
+                .map_err(|error| ImageError::Malformed {
+                    path: path.to_owned(),
+                    found: error.to_string(),
+                })?,
+        };
         let malformed = |found| ImageError::Malformed { path: path.to_owned(), found };
         let window = |part: &Layer<_>| (part.attributes.layer_position, part.size);
-        let Some(first) = image.layer_data.first().map(window) else {
+        let Some(first) = parts.first().map(window) else {
             return Err(malformed("the file has no part".to_owned()));
         };
         let (origin, size) = first;
@@ -53,13 +60,11 @@ impl PictureLayers {
             size: [size.width(), size.height()],
             layers: Vec::new(),
         };
-        for (number, part) in image.layer_data.into_iter().enumerate() {
+        for (number, part) in parts.into_iter().enumerate() {
             let part_name = part.attributes.layer_name.as_ref().map(Text::to_string);
+            // Parts of another size are no layers of this picture.
             if window(&part) != first {
-                let name = part_name.unwrap_or_default();
-                return Err(malformed(format!(
-                    "the part \"{name}\" has another size than the first"
-                )));
+                continue;
             }
             for channel in part.channel_data.list {
                 let full_name = channel.name.to_string();

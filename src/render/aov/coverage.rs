@@ -3,11 +3,27 @@
 use std::collections::BTreeMap;
 use std::io;
 
-use petzval_base::io::codec::{ChecksumReader, ChecksumWriter};
-use petzval_scene::PlacedShape;
+use petzval_base::io::codec::{ChecksumReader, ChecksumWriter, invalid_data};
+use petzval_base::rays::NO_INDEX;
+use petzval_scene::{PlacedShape, Scene};
 
 /// Typical number of shapes that a pixel sees, for estimates of memory.
 const TYPICAL_SHAPES: usize = 4;
+
+/// Numbers of shapes and instances of a scene.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SceneParts {
+    pub shapes: usize,
+    pub instances: usize,
+}
+
+impl SceneParts {
+    pub fn of(scene: &Scene) -> Self {
+        let moving = scene.animated_instances().len();
+        let instances = scene.resting_instance_count() as usize + moving;
+        Self { shapes: scene.shapes.len(), instances }
+    }
+}
 
 /// Weights of the light paths of a pixel that meet each shape, in the order of shapes.
 #[derive(Clone, Debug, Default)]
@@ -20,6 +36,10 @@ impl Coverage {
 
     /// Adds the weight of a path that meets a shape.
     pub fn add(&mut self, shape: PlacedShape, weight: f64) {
+        if self.0.last().is_none_or(|(last, _)| *last < shape) {
+            self.0.push((shape, weight));
+            return;
+        }
         match self.0.binary_search_by_key(&shape, |(known, _)| *known) {
             Ok(found) => self.0[found].1 += weight,
             Err(place) => self.0.insert(place, (shape, weight)),
@@ -49,13 +69,24 @@ impl Coverage {
         })
     }
 
-    /// Adds the saved weights of later paths.
-    pub fn receive(&mut self, from: &mut ChecksumReader) -> io::Result<()> {
+    /// Adds the saved weights of later paths. Shapes are in ascending order, so that there are no more than in the scene.
+    pub fn receive(&mut self, from: &mut ChecksumReader, parts: SceneParts) -> io::Result<()> {
+        let mut last = None;
         for _ in 0..from.u32()? {
-            let shape = PlacedShape { shape: from.u32()?, instance: from.u32()? };
+            let shape = from.below(parts.shapes, "shape of a pixel")? as u32;
+            let instance = match from.u32()? {
+                NO_INDEX => NO_INDEX,
+                instance if (instance as usize) < parts.instances => instance,
+                instance => return Err(invalid_data(format!("instance {instance} of a pixel"))),
+            };
+            let placed = PlacedShape { shape, instance };
+            if last.is_some_and(|last| last >= placed) {
+                return Err(invalid_data("shapes of a pixel out of order"));
+            }
+            last = Some(placed);
             let mut weight = 0.0;
             from.add_number(&mut weight)?;
-            self.add(shape, weight);
+            self.add(placed, weight);
         }
         Ok(())
     }

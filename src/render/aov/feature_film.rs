@@ -2,7 +2,7 @@
 
 use std::io;
 
-use super::coverage::Coverage;
+use super::coverage::{Coverage, SceneParts};
 use super::features::TileFeatures;
 use super::{Aov, LayerRequest, cryptomatte};
 use crate::film::{Frame, Tile, clamp_to_f32};
@@ -107,6 +107,7 @@ pub(crate) struct FeatureSums {
     pub(super) pixels: Vec<PixelFeatures>,
     /// The coverage of each pixel; empty if no requested layer needs it.
     pub(super) coverage: Vec<Coverage>,
+    parts: SceneParts,
 }
 
 impl FeatureSums {
@@ -116,6 +117,7 @@ impl FeatureSums {
         Self {
             pixels: vec![PixelFeatures::default(); pixels],
             coverage: vec![Coverage::default(); covered],
+            parts: SceneParts::of(request.scene),
         }
     }
 
@@ -127,7 +129,8 @@ impl FeatureSums {
     /// Adds the saved sums of later paths of the same tile.
     pub(crate) fn receive(&mut self, from: &mut ChecksumReader) -> io::Result<()> {
         self.pixels.iter_mut().try_for_each(|sum| sum.receive(from))?;
-        self.coverage.iter_mut().try_for_each(|coverage| coverage.receive(from))
+        let parts = self.parts;
+        self.coverage.iter_mut().try_for_each(|coverage| coverage.receive(from, parts))
     }
 
     /// Adds the sums of later paths of the same tile.
@@ -167,12 +170,12 @@ impl FeatureFilm {
 
     /// Returns the sums of a tile.
     pub(crate) fn tile(&self, tile: &Tile) -> FeatureSums {
-        let FeatureSums { pixels, coverage } = &self.sums;
+        let FeatureSums { pixels, coverage, parts } = &self.sums;
         let coverage = match coverage.is_empty() {
             true => Vec::new(),
             false => tile.cut(&self.frame, coverage),
         };
-        FeatureSums { pixels: tile.cut(&self.frame, pixels), coverage }
+        FeatureSums { pixels: tile.cut(&self.frame, pixels), coverage, parts: *parts }
     }
 
     /// Replaces the sums of a tile.
@@ -229,13 +232,13 @@ impl FeatureFilm {
             Aov::Coc => ("coc", vec![one("um", all(&|sum| mean(sum.coc[1], sum.coc[0])))]),
             Aov::Motion => {
                 // Edges before the sky keep the motion of the surface.
-                let way = |axis: usize| {
+                let displacement = |axis: usize| {
                     all(&|PixelFeatures { motion: [surfaces, sky], .. }| {
                         let sums = if surfaces[0] > 0.0 { surfaces } else { sky };
                         mean(sums[1 + axis], sums[0])
                     })
                 };
-                ("motion", vec![one("X", way(0)), one("Y", way(1))])
+                ("motion", vec![one("X", displacement(0)), one("Y", displacement(1))])
             }
             Aov::Alpha => (ALPHA_LAYER, vec![one("A", all(&PixelFeatures::alpha))]),
             Aov::Variance | Aov::Vignetting | Aov::DualPixel | Aov::Cryptomatte => return None,

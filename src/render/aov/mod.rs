@@ -70,8 +70,8 @@ pub enum Aov {
     /// Cryptomatte: names of the objects, materials and assets that a pixel sees, as hashes, and the share of the
     /// pixel's light paths that meet each.
     Cryptomatte,
-    /// Mean way across the picture of the surfaces that a pixel sees while it is exposed, by their motion and that of the
-    /// camera (pixels, x to the right and y down); of the sky where it sees no surface.
+    /// Mean displacement across the picture of the surfaces that a pixel sees while it is exposed, by their motion and that of
+    /// the camera (pixels, x to the right and y down); of the sky where it sees no surface.
     Motion,
 }
 
@@ -156,6 +156,8 @@ impl Aov {
 pub struct LayerRequest<'a> {
     /// The layers to compute.
     pub layers: &'a [Aov],
+    /// The scene.
+    pub scene: &'a Scene,
     /// The camera.
     pub camera: &'a Camera,
     /// The pixels of the picture.
@@ -186,7 +188,6 @@ pub fn layers(
     samples: u32,
     film: &FilmSums,
     features: Option<&FeatureFilm>,
-    scene: &Scene,
 ) -> Vec<ImageLayer> {
     let layers = |aov: &Aov| match (aov, &request.camera.model) {
         (Aov::Vignetting, LensModel::Real(lens)) => {
@@ -196,7 +197,9 @@ pub fn layers(
             let variance = film.variance(samples);
             variance.iter().map(|variance| colour_layer("variance", variance)).collect()
         }
-        (Aov::Cryptomatte, _) => features.map(|film| film.mattes(scene)).unwrap_or_default(),
+        (Aov::Cryptomatte, _) => {
+            features.map(|film| film.mattes(request.scene)).unwrap_or_default()
+        }
         (aov, _) => features.and_then(|film| film.layer(*aov)).into_iter().collect(),
     };
     request.layers.iter().flat_map(layers).collect()

@@ -1,4 +1,6 @@
-//! Motion vectors: the way of a point's image across the picture while the shutter is open.
+//! Motion vectors: displacements of the images of points while the shutter is open.
+
+use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};
 
@@ -21,7 +23,7 @@ pub struct MotionVectors {
     timing: Timing,
     /// Number of instances at rest, which the moving ones follow.
     resting: u32,
-    moving: Vec<AnimatedInstance>,
+    moving: Arc<[AnimatedInstance]>,
 }
 
 /// A point that a camera path sees.
@@ -50,12 +52,23 @@ impl MotionVectors {
             camera_from_world: camera.world_from_camera.inverse(),
             timing: timing.clone(),
             resting: scene.resting_instance_count(),
-            moving: scene.animated_instances().to_vec(),
+            moving: scene.shared_animated_instances(),
         }
     }
 
-    /// Returns the way (pixels, x to the right, y down) of a point that a pixel sees at a time, from the beginning of the
-    /// pixel's exposure to its end. A scene whose motion is stopped is seen in the middle of the first row's exposure.
+    /// Returns the same motion as another camera sees it.
+    pub(crate) fn seen_by(&self, camera: &Camera, resolution: [u32; 2]) -> Self {
+        Self {
+            projection: FilmProjection::of(camera, resolution),
+            resolution,
+            camera_from_world: camera.world_from_camera.inverse(),
+            ..self.clone()
+        }
+    }
+
+    /// Returns the displacement (pixels, x to the right, y down) of a point that a pixel sees at a time, from the beginning of the
+    /// pixel's exposure to its end; `None` if its image is
+    /// unknown at either. A scene whose motion is stopped is seen in the middle of the first row's exposure.
     pub(super) fn vector(
         &self,
         point: SeenPoint,
@@ -88,13 +101,16 @@ impl MotionVectors {
         if motion.is_none() && self.timing.camera_motion.is_none() {
             return Some([0.0; 2]);
         }
+        if matches!(point, SeenPoint::Direction(_)) && self.projection.is_parallel() {
+            // Parallel rays see one direction in all pixels.
+            return None;
+        }
         let start = pixel.map(|at| f64::from(at) + 0.5);
         let [from, to] = self
             .timing
             .exposure_of(pixel, self.resolution)
             .map(|at| self.projection.pixel_near(place(at), start));
-        let (from, to) = (from?, to?);
-        Some([to[0] - from[0], to[1] - from[1]])
+        self.projection.displacement(from?, to?)
     }
 
     fn motion_of(&self, instance: u32) -> Option<&Motion> {

@@ -10,12 +10,12 @@
 //! | | [the head](Head), JSON: the command line, [the inputs](Inputs), the progress |
 //! | 4 | its CRC-32 |
 //! | 8 | length of the body |
-//! | | the sums, 64-bit floats, whose count follows from the job |
+//! | | the sums, 64-bit floats, whose count follows from the job, and for mattes from the scene |
 //! | 4 | its CRC-32 |
 //!
 //! A file is written under a temporary name and renamed, so it replaces an older one only when it is
 //! complete. The reader trusts nothing: lengths must fit the size of the file, sums must be finite, and
-//! memory is allocated by the job, never by sizes in the file.
+//! memory is allocated by the job and for parts of its scene, never by sizes in the file.
 
 mod head;
 mod inputs;

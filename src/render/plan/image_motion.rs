@@ -97,7 +97,8 @@ impl ImagePath {
             if let (Some(a), Some(b)) = (last, now)
                 && [a, b].iter().any(|&pixel| self.projection.is_on_film(pixel))
             {
-                length += (b[0] - a[0]).hypot(b[1] - a[1]);
+                let [x, y] = self.projection.displacement(a, b).unwrap_or_default();
+                length += x.hypot(y);
             }
             last = now;
         }

@@ -71,13 +71,10 @@ pub(super) fn draft(
     let camera = Camera { model, film: film_size, world_from_camera, imaging_ratio, depth };
     let vignetting = match changes.sensor.and_then(|settings| settings.microlenses) {
         None => None,
-        Some(microlenses) => {
-            let traced = PixelVignetting::new(microlenses, &camera, &frame);
-            Some(traced.ok_or_else(|| {
-                let problem = "'sensor' microlens: light is lost by its angle behind a real lens, and this camera has none";
-                PrepareError::Request(problem.to_owned())
-            })?)
-        }
+        Some(microlenses) => Some(
+            PixelVignetting::new(microlenses, &camera, &frame)
+                .map_err(|error| PrepareError::Request(error.to_string()))?,
+        ),
     };
     let asked = changes.sensor.map(|settings| {
         let sensor = settings.sensor(film.iso, pitch, seconds);

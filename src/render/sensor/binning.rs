@@ -62,7 +62,6 @@ impl Binning {
         }
         let side = f64::from(self.side);
         let Components { pixel, row, column } = of_photosite.response;
-        let hot = of_photosite.hot;
         FixedPattern {
             dark_signal: self.dark_signal(of_photosite.dark_signal),
             response: Components {
@@ -70,10 +69,16 @@ impl Binning {
                 row: row / side.sqrt(),
                 column: column / side.sqrt(),
             },
-            // Two hot photosites in a pixel count as one.
-            hot: HotPixels { share: 1.0 - (1.0 - hot.share).powf(self.count()), ..hot },
+            hot: self.hot_pixels(of_photosite.hot),
             ..of_photosite
         }
+    }
+
+    /// Returns the hot pixels. One with several hot photosites has their mean current, so that the total stays.
+    fn hot_pixels(self, HotPixels { share, dark_current }: HotPixels) -> HotPixels {
+        let any = 1.0 - (1.0 - share).powf(self.count());
+        let photosites = if any > 0.0 { self.count() * share / any } else { 1.0 };
+        HotPixels { share: any, dark_current: dark_current * photosites }
     }
 
     /// Returns the crosstalk of pixels, of which photosites have this: only those at the edges of a pixel lose

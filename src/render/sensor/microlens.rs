@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use crate::film::Frame;
 
-/// Points from the middle of the film to its corner at which chief rays are traced.
+/// Points from the axis to the corner of the film that is farthest from it, at which chief rays are traced.
 const POINTS: usize = 17;
 
 /// Angular response of photosites behind microlenses. A microlens is displaced towards the middle of the sensor so that
@@ -20,56 +20,89 @@ pub struct Microlenses {
     pub corner_angle: f64,
 }
 
+/// Reason why the light behind microlenses is unknown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum MicrolensError {
+    /// The camera has no real lens.
+    #[error(
+        "'sensor' microlens: light is lost by its angle behind a real lens, and this camera has none; leave out microlens"
+    )]
+    NoLens,
+    /// Chief rays depend on more than the distance from the axis.
+    #[error(
+        "'sensor' microlens: expected a lens that is round, and a film that is not tilted; leave out microlens"
+    )]
+    NotRound,
+}
+
 /// Light that photosites collect behind the microlenses of a sensor and the chief rays of a lens.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PixelVignetting {
     pub(super) microlenses: Microlenses,
-    /// Deviation of the chief ray from the best direction (degrees), by the distance from the axis in equal steps.
-    deviations: [f64; POINTS],
-    /// The foot of the axis [pixels of the frame], and the number of pixels of a step along x and y.
+    /// Angles of the chief rays from the axis (degrees), positive away from it, by the distance from the axis in equal
+    /// steps.
+    angles: [f64; POINTS],
+    /// Length of a step (mm).
+    step: f64,
+    /// The foot of the axis and the middle of the sensor [pixels of the frame].
     axis: [f64; 2],
-    step: [f64; 2],
+    middle: [f64; 2],
+    /// Width and height of a pixel (mm), and half the diagonal of the sensor (mm).
+    pitch: [f64; 2],
+    half_diagonal: f64,
 }
 
 impl PixelVignetting {
-    /// Traces the chief rays of a camera; `None` without a real lens.
-    pub fn new(microlenses: Microlenses, camera: &Camera, frame: &Frame) -> Option<Self> {
-        let LensModel::Real(lens) = &camera.model else { return None };
-        let map = camera.film_map(frame.resolution);
-        // The microlenses are made for the middle of the sensor, which a shift takes off the axis.
+    /// Traces the chief rays of a camera.
+    ///
+    /// # Errors
+    /// Returns an error without a real lens that is round, and for a film that is tilted.
+    pub fn new(
+        microlenses: Microlenses,
+        camera: &Camera,
+        frame: &Frame,
+    ) -> Result<Self, MicrolensError> {
+        let LensModel::Real(lens) = &camera.model else { return Err(MicrolensError::NoLens) };
+        if !lens.prescription.is_round() || !lens.film_pose.is_untilted() {
+            return Err(MicrolensError::NotRound);
+        }
         let [x, y, _] = lens.film_pose.film_point([0.0; 2]);
-        let reach = camera.half_diagonal() + x.hypot(y);
+        let step = (camera.half_diagonal() + x.hypot(y)) / (POINTS - 1) as f64;
         let finder = ChiefRayFinder::new(&lens.prescription);
         let mut last = 0.0;
-        let deviations = std::array::from_fn(|i| {
-            let radius = reach * i as f64 / (POINTS - 1) as f64;
-            let ray = finder.of_film_point([-radius, 0.0, 0.0], lens.film_distance);
-            let angle = ray.map(|ray| {
-                let [x, y, z] = ray.film.t;
-                x.hypot(y).atan2(z).to_degrees()
-            });
-            // Beyond the last chief ray, light is vignetted by the lens.
-            last = angle.unwrap_or(last);
-            let made_for = microlenses.corner_angle * radius / camera.half_diagonal();
-            last - made_for
+        let angles = std::array::from_fn(|i| {
+            let ray = finder.of_film_point([-step * i as f64, 0.0, 0.0], lens.film_distance);
+            // Beyond the last chief ray, the lens vignettes.
+            last = ray.map_or(last, |ray| (-ray.film.t[0]).atan2(ray.film.t[2]).to_degrees());
+            last
         });
-        let steps = reach / (POINTS - 1) as f64;
-        let pitch = camera.pixel_pitch(frame.resolution);
-        Some(Self {
+        let map = camera.film_map(frame.resolution);
+        Ok(Self {
             microlenses,
-            deviations,
+            angles,
+            step,
             axis: map.pixel([-x, -y]),
-            step: pitch.map(|pitch| steps / pitch),
+            middle: map.pixel([0.0; 2]),
+            pitch: camera.pixel_pitch(frame.resolution),
+            half_diagonal: camera.half_diagonal(),
         })
     }
 
-    /// Returns the share of the light that the photosites of a pixel collect: a Gaussian of the deviation.
+    /// Returns the share of the light that the photosites of a pixel collect: a Gaussian of the angle between the chief
+    /// ray and the direction that the microlens is made for.
     pub(super) fn at(&self, pixel: [u32; 2]) -> f64 {
-        let [x, y] = [0, 1].map(|i| (f64::from(pixel[i]) + 0.5 - self.axis[i]) / self.step[i]);
-        let place = x.hypot(y).min((POINTS - 1) as f64);
+        let from = |point: [f64; 2]| {
+            [0, 1].map(|i| (f64::from(pixel[i]) + 0.5 - point[i]) * self.pitch[i])
+        };
+        let ([x, y], [u, v]) = (from(self.axis), from(self.middle));
+        let radius = x.hypot(y);
+        let place = (radius / self.step).min((POINTS - 1) as f64);
         let low = (place as usize).min(POINTS - 2);
-        let [near, far] = [self.deviations[low], self.deviations[low + 1]];
-        let deviation = near + (far - near) * (place - low as f64);
+        let [near, far] = [self.angles[low], self.angles[low + 1]];
+        let angle = near + (far - near) * (place - low as f64);
+        let per_mm = if radius > 0.0 { angle / radius } else { 0.0 };
+        let made_for = self.microlenses.corner_angle / self.half_diagonal;
+        let deviation = (per_mm * x - made_for * u).hypot(per_mm * y - made_for * v);
         (-(deviation / self.microlenses.half_angle).powi(2)).exp2()
     }
 

@@ -57,7 +57,7 @@ pub use deviations::Components;
 pub use exposure::ev100;
 pub use filters::ColourFilters;
 pub use fixed_pattern::{FixedPattern, HotPixels};
-pub use microlens::{Microlenses, PixelVignetting};
+pub use microlens::{MicrolensError, Microlenses, PixelVignetting};
 pub use settings::{DarkCurrent, SensorSettings, WELL_PER_UM2};
 
 use rayon::prelude::*;
@@ -129,11 +129,13 @@ impl Sensor {
     /// picture's first pixel in its frame.
     ///
     /// With a mosaic, a pixel keeps only the channel of its filter, as grey: red, green and blue
-    /// are equal. The result is finite for any input, and within 0 to 1 unless a camera's matrix has
-    /// developed it or a code is below black.
+    /// are equal. The result is finite for any input, and within 0 to 1, or to the ratio of a second
+    /// sensitivity, unless a camera's matrix has developed it or a code is below black.
     pub fn read_out(&self, picture: Picture, origin: [u32; 2], seed: u32) -> Picture {
-        let readouts =
-            self.photosites(|salt| Readout::new(self, origin, picture.size, salted(seed, salt)));
+        let small = self.second_photosite();
+        let readouts = self.photosites(&small, |sensor, salt| {
+            Readout::new(sensor, origin, picture.size, salted(seed, salt))
+        });
         let picture = self.behind_filters(picture, origin);
         self.read_values(picture, origin, |_, light, pixel, channel| {
             self.merged(&readouts, |readout, share| {
@@ -154,11 +156,12 @@ impl Sensor {
     ) -> (Picture, [Picture; 2]) {
         let size = left.size;
         let [left, right] = [left, right].map(|half| self.behind_filters(half, origin));
-        let photosites = self.photosites(|salt| {
+        let small = self.second_photosite();
+        let photosites = self.photosites(&small, |sensor, salt| {
             let seed = salted(seed, salt);
-            let half = |half| Readout::of_photodiode(half, self, origin, size, seed);
+            let half = |half| Readout::of_photodiode(half, sensor, origin, size, seed);
             let halves = [Photodiode::Left, Photodiode::Right].map(half);
-            (Readout::new(self, origin, size, seed), halves)
+            (Readout::new(sensor, origin, size, seed), halves)
         });
         let whole = self.read_values(left.clone(), origin, |i, light, pixel, channel| {
             let (others, number) = (right.pixels[i], channel as u32);
@@ -238,9 +241,9 @@ impl Sensor {
     /// Variances of shot noise, read noise, fixed patterns and quantization add up, without hot pixels.
     /// Light and dark current beyond the full well count as a full well; no light gives infinity.
     pub fn relative_noise(&self, value: f64) -> f64 {
-        // The other photosite has the noise of less light.
-        let value =
-            if self.hdr > 1.0 && value > self.merging_value() { value / self.hdr } else { value };
+        if self.hdr > 1.0 && value > self.merging_value() {
+            return self.second_photosite().relative_noise(value / self.hdr);
+        }
         let relative = |noise: ReadingNoise| percentage(noise.variance().sqrt(), noise.electrons);
         let Some(filters) = &self.filters else { return relative(self.reading_noise(value)) };
         let white = match self.bayer {

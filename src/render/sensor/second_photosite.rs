@@ -7,11 +7,25 @@ use petzval_base::sampler::hash;
 const MERGING_SHARE: f64 = 0.9;
 
 impl Sensor {
+    /// Returns the sensor of the less sensitive photosites. Their area collects less dark current too, and their fixed
+    /// pattern is their own.
+    pub(super) fn second_photosite(&self) -> Self {
+        let mut fixed_pattern = self.fixed_pattern;
+        fixed_pattern.seed = salted(fixed_pattern.seed, 1);
+        fixed_pattern.hot.dark_current /= self.hdr;
+        let dark_current = self.dark_current / self.hdr;
+        Self { hdr: 1.0, dark_current, fixed_pattern, ..*self }
+    }
+
     /// Makes something for each photosite of a pixel: the sensitive one and, if there is one, the other, with a salt for
     /// its noise.
-    pub(super) fn photosites<T>(&self, make: impl Fn(u32) -> T) -> Vec<T> {
-        let count = if self.hdr > 1.0 { 2 } else { 1 };
-        (0..count).map(make).collect()
+    pub(super) fn photosites<'a, T>(
+        &'a self,
+        second: &'a Self,
+        make: impl Fn(&'a Self, u32) -> T,
+    ) -> Vec<T> {
+        let second = (self.hdr > 1.0).then_some((second, 1));
+        std::iter::once((self, 0)).chain(second).map(|(sensor, salt)| make(sensor, salt)).collect()
     }
 
     /// Returns the value of a pixel from the codes of its photosites: that of the sensitive one, or of the other where

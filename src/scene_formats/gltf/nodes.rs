@@ -224,7 +224,7 @@ impl SceneParts<'_> {
                     mesh.transform(&place.world_from_mesh, false);
                     let node = &document.root.nodes[place.node];
                     let name = node.name.clone().or_else(|| mesh_name.clone());
-                    self.add_shape(Geometry::Mesh(mesh), surface, None, name);
+                    self.add_shape(Geometry::Mesh(mesh), surface, None, [name, mesh_name.clone()]);
                 }
                 if own.len() == places.len() {
                     continue;
@@ -257,7 +257,7 @@ impl SceneParts<'_> {
                         id
                     }
                 };
-                self.add_shape(Geometry::Mesh(mesh), surface, Some(id), mesh_name.clone());
+                self.add_shape(Geometry::Mesh(mesh), surface, Some(id), [mesh_name.clone(), None]);
             }
         }
         Ok(())
@@ -268,11 +268,12 @@ impl SceneParts<'_> {
         geometry: Geometry,
         surface: ShapeMaterial,
         object: Option<u32>,
-        name: Option<String>,
+        [name, asset]: [Option<String>; 2],
     ) {
         let ShapeMaterial { material, emission, alpha, interface, .. } = surface;
         self.lights += usize::from(emission.is_some());
-        let spec = ShapeSpec { geometry, material, emission, alpha, interface, object, name };
+        let spec =
+            ShapeSpec { geometry, material, emission, alpha, interface, object, name, asset };
         self.builder.add_shape(spec);
     }
 }

@@ -21,8 +21,8 @@ pub struct Draw {
     pub rig_camera: u32,
     /// The pose of the rig on its trajectory; `None` for that of the scene's camera.
     pub pose: Option<StampedPose>,
-    /// The place of the camera in its rig: moves and turns, as `shift` and `turn`.
-    pub place: RigPlace,
+    /// The place of the camera in its rig, if there is one: moves and turns, as `shift` and `turn`.
+    pub place: Option<RigPlace>,
     /// The seed of its pictures.
     pub seed: u32,
     /// The scene file.
@@ -115,7 +115,7 @@ impl DatasetSpec {
             view,
             rig_camera,
             pose: spec.trajectory.as_ref().and_then(|trajectory| trajectory.pose(view)),
-            place: spec.rig.get(rig_camera as usize).copied().unwrap_or_default(),
+            place: spec.rig.get(rig_camera as usize).copied(),
             // The noise of the cameras of a rig is independent.
             seed: if rig_camera == 0 { seed } else { hash(seed ^ hash(rig_camera)) },
             scene: random.value(Parameter::Scene, &spec.scene, path),
@@ -130,34 +130,34 @@ impl DatasetSpec {
 }
 
 impl Draw {
-    /// Returns the viewpoint of a camera of the scene with this move and turn; `None` if it stays.
+    /// Returns the viewpoint of a camera of the scene with this pose, move, turn and place in a rig; `None` if it
+    /// stays.
     pub(super) fn viewpoint(&self, world_from_camera: &DAffine3) -> Option<Viewpoint> {
         let drawn = RigPlace { shift: self.shift, turn: self.turn };
-        if self.pose.is_none() && [drawn, self.place] == [RigPlace::default(); 2] {
+        if self.pose.is_none() && self.place.is_none() && drawn == RigPlace::default() {
             return None;
         }
-        let own =
+        let rest =
             self.pose.map_or(*world_from_camera, |pose| pose.world_from_camera(world_from_camera));
-        let axes = own.matrix3;
-        let axes = DMat3::from_cols(
-            axes.x_axis.normalize(),
-            axes.y_axis.normalize(),
-            axes.z_axis.normalize(),
-        );
-        let (eye, axes) = self.place.of(drawn.of((own.translation, axes)));
+        let DMat3 { x_axis, y_axis, z_axis } = rest.matrix3;
+        let axes = DMat3::from_cols(x_axis.normalize(), y_axis.normalize(), z_axis.normalize());
+        let per_metre = rest.matrix3.determinant().abs().cbrt();
+        let drawn = drawn.of((rest.translation, axes), per_metre);
+        let (eye, axes) = self.place.unwrap_or_default().of(drawn, per_metre);
         Some(Viewpoint { eye, target: eye + axes.z_axis, up: axes.y_axis })
     }
 }
 
 impl RigPlace {
-    /// Returns the place and the axes of a camera that stands here relative to others.
-    fn of(&self, (eye, axes): (DVec3, DMat3)) -> (DVec3, DMat3) {
+    /// Returns the place and the axes of a camera that stands here relative to others, in a world of so many units per
+    /// metre.
+    fn of(&self, (eye, axes): (DVec3, DMat3), per_metre: f64) -> (DVec3, DMat3) {
         let [pan, tilt, roll] = self.turn.map(f64::to_radians);
         let turned = axes
             * DMat3::from_rotation_y(pan)
             * DMat3::from_rotation_x(-tilt)
             * DMat3::from_rotation_z(-roll);
-        (eye + axes * DVec3::from_array(self.shift), turned)
+        (eye + axes * DVec3::from_array(self.shift) * per_metre, turned)
     }
 }
 
@@ -180,7 +180,7 @@ impl fmt::Display for Draw {
         if let Some(pose) = self.pose {
             write!(f, ", at {} s", pose.time)?;
         }
-        if self.place != RigPlace::default() {
+        if self.place.is_some() {
             write!(f, ", camera {}", self.rig_camera)?;
         }
         Ok(())
@@ -201,7 +201,7 @@ mod tests {
             view: 0,
             rig_camera: 0,
             pose: None,
-            place: RigPlace::default(),
+            place: None,
             seed: 0,
             scene: PathBuf::new(),
             lens: None,
@@ -217,8 +217,9 @@ mod tests {
             let forward = view.target - view.eye;
             (view.eye, [DVec3::NEG_Z, DVec3::Y].map(|axis| forward.dot(axis)), view.up)
         };
-        // The scale of the camera does not scale its moves.
-        assert_eq!(seen([1.0, 2.0, 3.0], [0.0; 3]).0, DVec3::new(8.0, 2.0, -1.0));
+        // The world has two units per metre of the camera.
+        let eye = seen([1.0, 2.0, 3.0], [0.0; 3]).0;
+        assert!(eye.distance(DVec3::new(11.0, 4.0, -2.0)) < 1e-12, "{eye}");
         let sine = 30f64.to_radians().sin();
         let near = |found: [f64; 2], expected: [f64; 2]| {
             assert!((0..2).all(|i| (found[i] - expected[i]).abs() < 1e-12), "{found:?}");

@@ -12,6 +12,7 @@ use super::row::row;
 use super::spec::{CleanCamera, DatasetSpec};
 use super::{DatasetError, Draw, objects};
 use petzval_base::io::{FileLog, OutputError, OutputFile, Outputs, ReadContext, Warning, npy};
+use petzval_base::sampler::hash;
 use petzval_image::{DisplayExposure, EncodingOptions, Note, Notes, RawFile, WhiteBalance};
 use petzval_lens::{FNumberError, Fidelity, LensModel, on_axis_irradiance};
 use petzval_optics::CalibrationSetup;
@@ -20,7 +21,7 @@ use petzval_render::plan::{Effect, EffectSelection};
 use petzval_render::prepare::{Changes, PrepareError, Prepared, prepare, prepare_draft};
 use petzval_render::{OpticalImage, ReadPicture, RenderError, RenderOptions, render};
 
-use petzval_render::sensor::{PixelVignetting, Sensor};
+use petzval_render::sensor::{BASE_ISO, PixelVignetting, Sensor};
 use petzval_scene::PlacedShape;
 use petzval_scene_formats::pbrt::Description;
 
@@ -115,13 +116,14 @@ pub fn prepare_pair(
         f_number: draw.f_number,
         viewpoint: draw.viewpoint(&description.world_from_camera),
         layers: spec.layers.clone(),
+        // Both pictures show the same moment.
+        shutter: spec.degraded.shutter.clone(),
         // Pairs are RGB, as the film of the scene may not be.
         buckets: Some(None),
         ..Changes::default()
     };
     let mut degraded_changes = Changes {
         effects: spec.degraded.effects.clone().unwrap_or_default(),
-        shutter: spec.degraded.shutter.clone(),
         rolling: spec.degraded.rolling_shutter,
         ..changes.clone()
     };
@@ -158,21 +160,33 @@ pub fn prepare_pair(
         job.camera.imaging_ratio *= exposure;
     }
     if spec.clean.camera == CleanCamera::Pinhole {
-        clean.camera = clean.camera.with_fidelity(Fidelity::Pinhole);
+        clean.set_camera(clean.camera.with_fidelity(Fidelity::Pinhole));
         clean.layers.retain(|layer| !layer.needs_lens());
         (clean.ghosts, clean.lamp_images, clean.caustics) = (None, None, None);
     }
     let shutter = degraded_changes.shutter_of(&description.shutter).map_err(failed)?;
-    let sensor = spec.degraded.sensor.map(|settings| {
-        let pitch = 1e3 * pitch(&degraded);
-        let mut sensor = settings.sensor(petzval_render::sensor::BASE_ISO, pitch, shutter.time());
-        sensor.iso *= (-draw.light).exp2();
-        sensor.filters = degraded.response.filters;
-        let Job { camera, frame, .. } = &degraded;
-        sensor.vignetting =
-            settings.microlenses.and_then(|lenses| PixelVignetting::new(lenses, camera, frame));
-        sensor
-    });
+    let sensor = match spec.degraded.sensor {
+        None => None,
+        Some(settings) => {
+            let Job { camera, frame, response, .. } = &degraded;
+            let pitch = 1e3 * pitch(&degraded);
+            let mut sensor = settings.sensor(BASE_ISO, pitch, shutter.time());
+            sensor.iso *= (-draw.light).exp2();
+            sensor.filters = response.filters;
+            let vignetting = settings
+                .microlenses
+                .map(|microlenses| PixelVignetting::new(microlenses, camera, frame));
+            sensor.vignetting = vignetting
+                .transpose()
+                .map_err(|error| failed(PrepareError::Request(error.to_string())))?;
+            if draw.rig_camera > 0 {
+                // The cameras of a rig are not the same one.
+                let pattern = &mut sensor.fixed_pattern.seed;
+                *pattern = hash(*pattern ^ hash(draw.rig_camera));
+            }
+            Some(sensor)
+        }
+    };
     draw.f_number = changes.f_number;
     Ok(Pair { draw, clean, degraded, sensor, warnings, notes, psf: spec.psf })
 }

@@ -269,7 +269,8 @@ impl DatasetSpec {
             spec.degraded.sensor = Some(settings.map_err(place)?);
         }
         if let Some(trajectory) = &mut spec.draw.trajectory {
-            trajectory.read(folder, context).map_err(problem)?;
+            let read = trajectory.read(folder, context);
+            read.map_err(|fault| problem(format!("draw.trajectory: {fault}")))?;
         }
         spec.check().map_err(problem)?;
         let alike = Self { pairs: 0, ..spec.clone() };

@@ -52,6 +52,7 @@ impl Trajectory {
         let bytes = context.bytes(&folder.join(&self.path)).map_err(|error| error.to_string())?;
         let text =
             String::from_utf8(bytes).map_err(|_| format!("{name}: expected text in UTF-8"))?;
+        let text = text.trim_start_matches('\u{feff}');
         for (line, row) in (1..).zip(text.lines()) {
             let row = row.split('#').next().unwrap_or_default();
             if row.trim().is_empty() {
@@ -101,7 +102,10 @@ fn pose(row: &str) -> Result<StampedPose, String> {
     }
     let length = rotation.length();
     let is_unit = (length - 1.0).abs() <= LENGTH_TOLERANCE;
-    if !is_unit || !time.is_finite() {
+    if !time.is_finite() {
+        return Err(format!("found the time {time}; {expected}"));
+    }
+    if !is_unit {
         return Err(format!("found a quaternion of length {length:.4}; {expected}"));
     }
     Ok(StampedPose { time, position, rotation: rotation.normalize() })
@@ -137,7 +141,7 @@ mod tests {
             ("1 0 0 0 0 0 0 0", "length 0.0000"),
             ("1 0 0 0 0 0 0 nan", "length NaN"),
             ("1 inf 0 0 0 0 0 1", "coordinate of inf"),
-            ("nan 0 0 0 0 0 0 1", "expected time"),
+            ("nan 0 0 0 0 0 0 1", "found the time NaN"),
         ] {
             let problem = pose(row).unwrap_err();
             assert!(problem.contains(expected), "{row}: {problem}");

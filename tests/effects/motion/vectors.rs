@@ -17,6 +17,8 @@ fn scene(lens: &str, diagonal: f64, camera: &str, world: &str) -> String {
     let camera_text = match lens {
         "pinhole" => "Camera \"perspective\" \"float fov\" 40".to_owned(),
         "sphere" => "Camera \"spherical\"".to_owned(),
+        "meridians" => "Camera \"spherical\" \"string mapping\" \"equirectangular\"".to_owned(),
+        "parallel" => "Camera \"orthographic\"".to_owned(),
         lens => format!(
             "Camera \"realistic\" \"string lensfile\" \"{}\" \"float aperturediameter\" 2 \
              \"float focusdistance\" 2",
@@ -131,4 +133,26 @@ fn the_sky_moves_with_a_turning_camera_and_rests_with_a_resting_one() {
     assert!(y.abs() < 0.05, "{y}");
     let resting = motion(&text(""));
     assert!(resting.channels.iter().all(|(_, values)| values.iter().all(|&v| v == 0.0)));
+}
+
+#[test]
+fn a_picture_of_all_directions_continues_beyond_its_edges() {
+    // The left edge is at +x.
+    let world =
+        disc([2.0, 0.0, 0.1], [2.0, 0.0, -0.1], 0.3).replace("Shape \"disk\"", "Shape \"sphere\"");
+    let layers = layers(&scene("meridians", 43.0, "", &world), Changes::default());
+    let motion = layers.iter().find(|layer| layer.name == "motion").expect("a layer");
+    let [x, y] = [0, 1].map(|i| &motion.channels[i].1);
+    let largest = x.iter().map(|v| v.abs()).fold(0.0, f32::max);
+    // 0.1 m at 1.7 to 2 m, in 240 pixels for the whole circle.
+    assert!((1.8..2.4).contains(&largest), "{largest}");
+    assert!(y.iter().all(|v| v.abs() < 0.3));
+}
+
+#[test]
+fn parallel_rays_see_no_motion_of_the_sky() {
+    let turning = "ActiveTransform EndTime Rotate 8 0 1 0 ActiveTransform All";
+    let sky = layers(&scene("parallel", 43.0, turning, ""), Changes::default());
+    assert!(sky[0].channels.iter().all(|(_, values)| values.iter().all(|&v| v == 0.0)));
+    check("parallel", &scene("parallel", 43.0, "", &disc([-0.5, 0.1, 2.0], [0.1, 0.4, 2.0], 0.2)));
 }
