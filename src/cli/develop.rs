@@ -18,7 +18,7 @@ use super::{Failure, Outcome};
 /// Arguments of `petzval develop`.
 #[derive(Debug, clap::Args)]
 pub(super) struct DevelopArguments {
-    /// Raw file: a .dng that is not compressed
+    /// Raw file: a .dng, not compressed or by lossless JPEG
     raw: PathBuf,
     /// Picture to write: .exr or .npy (linear sRGB), .png, .jpg or .tif
     #[arg(short, long, value_name = "FILE")]

@@ -25,7 +25,7 @@ pub struct RawCodes {
 }
 
 impl RawCodes {
-    /// Reads a DNG that is not compressed, or the samples of a grey PNG or TIFF of 8 or 16 bits as they are.
+    /// Reads a DNG that is not compressed or by lossless JPEG, or the samples of a grey PNG or TIFF of 8 or 16 bits as they are.
     ///
     /// # Errors
     /// Returns an error if the file cannot be read, is of another format, or holds a picture instead of codes.

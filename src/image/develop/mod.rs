@@ -87,7 +87,7 @@ impl RawFile {
     /// The word for the white balance of the file, [`WhiteBalance::Off`].
     pub const AS_SHOT: &str = "as-shot";
 
-    /// Reads a DNG that is not compressed.
+    /// Reads a DNG that is not compressed, or by lossless JPEG.
     ///
     /// # Errors
     /// Returns an error if the file cannot be read, is no DNG, or lacks levels or colours.

@@ -1,7 +1,9 @@
 //! TIFF files: pictures of 16 bits, and the mosaic of a sensor as DNG.
 
+mod chunks;
 mod display;
 mod dng;
+mod lossless_jpeg;
 mod mosaic;
 mod numbers;
 mod raw_colours;

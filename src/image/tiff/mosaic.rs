@@ -1,6 +1,7 @@
 //! Reads the mosaic of a DNG. The tiff crate decodes no directory of colour filters, and its decoder does not open a
 //! file that begins with one.
 
+use super::chunks::Chunks;
 use super::numbers::Numbers;
 use super::tags;
 use crate::raw_codes::RawCodes;
@@ -8,6 +9,8 @@ use crate::raw_codes::RawCodes;
 /// Photometric interpretations of raw data: behind colour filters, and without.
 const COLOR_FILTER_ARRAY: u64 = tags::COLOR_FILTER_ARRAY as u64;
 const LINEAR_RAW: u64 = 34892;
+/// `Compression` of lossless JPEG.
+const LOSSLESS_JPEG: u64 = 7;
 /// Most directories that are looked at: a file could refer to its own.
 const MAX_DIRECTORIES: usize = 64;
 
@@ -82,26 +85,23 @@ fn read_directory(
 ) -> Result<RawCodes, String> {
     let all = |tag| file.entry(directory, tag);
     let one = |tag, default: u64| file.first(directory, tag).map(|found| found.unwrap_or(default));
-    if one(tags::COMPRESSION, 1)? != 1 {
-        return Err(
-            "its raw data is compressed; expected none, as Adobe DNG Converter writes with \
-                    \"Uncompressed\"; petzval measure noise also reads codes from TIFF files"
-                .to_owned(),
-        );
-    }
+    let compressed = match one(tags::COMPRESSION, 1)? {
+        1 => false,
+        LOSSLESS_JPEG => true,
+        method => {
+            return Err(format!(
+                "its raw data is compressed by the method {method}; expected none or lossless JPEG, as Adobe DNG \
+                 Converter writes; petzval measure noise also reads codes from TIFF files"
+            ));
+        }
+    };
     let [bits, samples] = [one(tags::BITS, 1)?, one(tags::SAMPLES, 1)?];
-    if (bits, samples) != (16, 1) {
+    if samples != 1 || bits > 16 || !(compressed || bits == 16) {
         return Err(format!(
             "its raw data has {samples} samples of {bits} bits a pixel; expected one of 16; petzval measure noise also reads \
              codes from TIFF files"
         ));
     }
-    if all(tags::LINEARIZATION_TABLE)?.is_some() {
-        return Err("its codes are not linear, but behind a linearization table; expected linear codes; petzval measure \
-                    noise also reads them from TIFF files"
-            .to_owned());
-    }
-    let cut = || "its raw data is cut off".to_owned();
     let [width, height] = [one(tags::WIDTH, 0)?, one(tags::HEIGHT, 0)?]
         .map(|side| usize::try_from(side).unwrap_or(0));
     let filters = match (filtered, all(tags::CFA_PATTERN)?.as_deref()) {
@@ -117,22 +117,12 @@ fn read_directory(
             );
         }
     };
-    let strips = all(tags::STRIP_OFFSETS)?
-        .zip(all(tags::STRIP_BYTES)?)
-        .ok_or("its raw data is not in strips; expected strips of rows, without compression")?;
-    let mut codes = Vec::new();
-    for (offset, length) in strips.0.into_iter().zip(strips.1) {
-        let from = usize::try_from(offset).map_err(|_| cut())?;
-        let to = usize::try_from(length).ok().and_then(|length| from.checked_add(length));
-        let strip = to.and_then(|to| file.bytes.get(from..to)).ok_or_else(cut)?;
-        // A strip that is given twice or more could fill the memory.
-        if codes.len() + strip.len() / 2 > file.bytes.len() / 2 {
-            return Err(cut());
-        }
-        codes.extend(strip.as_chunks::<2>().0.iter().map(|&code| file.short(code)));
-    }
-    if width.checked_mul(height).is_none_or(|count| count == 0 || codes.len() != count) {
-        return Err(cut());
+    let mut codes = Chunks::read(file, directory, [width, height])?.codes(file, compressed)?;
+    if let Some(table) = all(tags::LINEARIZATION_TABLE)? {
+        // Codes beyond the table are its last one.
+        let last = table.len().checked_sub(1).ok_or("its LinearizationTable is empty")?;
+        let linear = |code: &u16| table[usize::from(*code).min(last)].min(u64::from(u16::MAX));
+        codes.iter_mut().for_each(|code| *code = linear(code) as u16);
     }
     // Masked photosites lie around the active ones, from which the filters count.
     let area = all(tags::ACTIVE_AREA)?.unwrap_or_else(|| vec![0, 0, height as u64, width as u64]);
@@ -208,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn masked_photosites_are_left_out_and_curved_codes_refused() {
+    fn masked_photosites_are_left_out_and_tables_applied() {
         let found =
             read_mosaic(&file_with(true, 1, Some((tags::ACTIVE_AREA, [1, 0, 2, 2])))).unwrap();
         assert_eq!((found.size, &found.codes[..]), ([2, 1], &[65535, 0][..]));
@@ -218,12 +208,13 @@ mod tests {
         }
         let curved =
             read_mosaic(&file_with(true, 1, Some((tags::LINEARIZATION_TABLE, [0, 1, 2, 3]))));
-        assert!(curved.unwrap_err().contains("linearization table"));
+        assert_eq!(curved.unwrap().codes, [3, 3, 3, 0]);
     }
 
     #[test]
     fn broken_files_are_refused() {
-        assert!(read_mosaic(&file(true, 7)).unwrap_err().contains("compressed"));
+        assert!(read_mosaic(&file(true, 8)).unwrap_err().contains("compressed by the method 8"));
+        assert!(read_mosaic(&file(true, 7)).unwrap_err().contains("found no lossless JPEG"));
         let whole = file(false, 1);
         for length in 0..whole.len() {
             assert!(read_mosaic(&whole[..length]).is_err(), "{length}");
