@@ -54,14 +54,14 @@ white = pz.render(pz.chart("flat", lens, out / "flat.pbrt", **camera)["scene"], 
 shading = pz.measure.shading(white.pixels)
 
 # %% The sensor: photon transfer (EMVA 1288), from pairs of pictures of even light
-sensor = pz.Sensor(f"{settings},iso=100")
+pitch = 1000 * 36 / camera["resolution"][0]
+sensor = pz.Sensor(f"{settings},iso=100", pitch=pitch)
+# All filters of a mosaic see white light alike.
 flat = np.ones((600, 600), np.float32)
-# Codes of a grey sensor, whose filters do not matter to the noise.
-grey = pz.Sensor(sensor.settings.split(",bayer")[0])
 levels = np.concatenate([[0.0], np.geomspace(0.002, 0.9, 12)])
 means, variances = [], []
 for number, level in enumerate(levels):
-    first, second = (grey.codes(level * flat, seed=2 * number + k).astype(float) for k in (0, 1))
+    first, second = (sensor.codes(level * flat, seed=2 * number + k).astype(float) for k in (0, 1))
     means.append((first + second).mean() / 2)
     # The difference of two pictures has twice the temporal noise, and no fixed pattern.
     variances.append((first - second).var() / 2)
@@ -69,7 +69,7 @@ signal, noise = np.array(means) - means[0], np.array(variances)
 gain = float(np.polyfit(signal, noise, 1)[0])
 # Rounding to codes adds a twelfth of a code squared.
 read_noise = float(np.sqrt(max(noise[0] - 1 / 12, 0)) / gain)
-dynamic_range = float(20 * np.log10(grey.full_well / read_noise))
+dynamic_range = float(20 * np.log10(sensor.full_well / max(read_noise, 1e-9)))
 
 # %% The data sheet
 rows = [
@@ -79,9 +79,9 @@ rows = [
     ("MTF50, corner", f"{sharpness[corner]['mtf50']:.3f} cycles/pixel"),
     ("distortion", f"{grid['distortion_percent']:+.2f} %"),
     ("light in the corners", f"{100 * np.mean(shading['corners']):.0f} %"),
-    ("full well", f"{grey.full_well:.0f} electrons"),
-    ("gain", f"{gain:.4f} codes/electron, put in {grey.gain:.4f}"),
-    ("read noise", f"{read_noise:.2f} electrons, put in {grey.read_noise:g}"),
+    ("full well", f"{sensor.full_well:.0f} electrons"),
+    ("gain", f"{gain:.4f} codes/electron, put in {sensor.gain:.4f}"),
+    ("read noise", f"{read_noise:.2f} electrons, put in {sensor.read_noise:g}"),
     ("dynamic range", f"{dynamic_range:.1f} dB"),
 ]
 for name, value in rows:

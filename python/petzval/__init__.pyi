@@ -143,28 +143,46 @@ class Sensor:
     :param seconds: exposure time, in which dark current adds up
     """
 
-    def __init__(self, settings: str = "", *, iso: float = 100.0, pitch: float = 6.0, seconds: float = 0.01) -> None: ...
+    def __init__(self, settings: Path = "", *, iso: float = 100.0, pitch: float = 6.0, seconds: float = 0.01) -> None: ...
     @property
-    def settings(self) -> str: ...
+    def settings(self) -> str:
+        """Settings that readings depend on, of whole pixels: those of ``binning`` are included."""
     @property
-    def iso(self) -> float: ...
+    def iso(self) -> float:
+        """ISO speed."""
     @property
-    def full_well(self) -> float: ...
+    def full_well(self) -> float:
+        """Full well of a pixel (electrons)."""
     @property
-    def white_electrons(self) -> float: ...
+    def white_electrons(self) -> float:
+        """Electrons that the value 1 stands for."""
     @property
-    def gain(self) -> float: ...
+    def gain(self) -> float:
+        """System gain (codes per electron)."""
     @property
-    def read_noise(self) -> float: ...
+    def read_noise(self) -> float:
+        """Read noise of a pixel (electrons), without that of rows and columns."""
     @property
-    def bits(self) -> int: ...
+    def dark_current(self) -> float:
+        """Dark current of a pixel (electrons a second)."""
     @property
-    def black_level(self) -> int: ...
+    def hdr(self) -> float:
+        """Sensitivity relative to that of a second photosite; 1 without one."""
     @property
-    def bayer(self) -> Optional[str]: ...
-    def read_out(self, pixels: ArrayLike, seed: int = 0) -> NDArray[np.float32]: ...
-    def codes(self, pixels: ArrayLike, seed: int = 0) -> NDArray[np.uint32]: ...
-    def relative_noise(self, value: float) -> float: ...
+    def bits(self) -> int:
+        """Bits of a code."""
+    @property
+    def black_level(self) -> int:
+        """Code of no light."""
+    @property
+    def bayer(self) -> Optional[str]:
+        """Pattern of the mosaic; ``None`` without one."""
+    def read_out(self, pixels: ArrayLike, seed: int = 0) -> NDArray[np.float32]:
+        """Read light out, relative to white: height x width x 3, or height x width of one channel or a mosaic."""
+    def codes(self, pixels: ArrayLike, seed: int = 0) -> NDArray[np.uint32]:
+        """Read light out as codes (DN), of the same shape as :meth:`read_out`."""
+    def relative_noise(self, value: float) -> float:
+        """Return the noise of grey of a value, % of the signal."""
 
 class ImageQuality:
     """Real rays of a lens, traced once for all analyses."""

@@ -34,6 +34,10 @@ def chart(
         ``spacing_mm`` of dots: what :mod:`petzval.measure` needs to know. Regions are ``[x0, y0, x1, y1]``
     :raises ValueError: the chart cannot fill the picture, or an argument is wrong
     """
-    own = lens if isinstance(lens, _petzval.Lens) else _petzval.Lens(lens)
-    text = _petzval.chart(kind, own, os.fspath(path), tuple(resolution), film_size, float(focus), fstop)
-    return json.loads(text)
+    prescription = lens if isinstance(lens, _petzval.Lens) else _petzval.Lens(lens)
+    width, height = resolution
+    film = film_size if isinstance(film_size, str) else tuple(float(side) for side in film_size)
+    text = _petzval.chart(
+        kind, prescription, os.fspath(path), (int(width), int(height)), film, float(focus), fstop
+    )
+    return {"scene": os.fspath(path), **json.loads(text)}

@@ -1,15 +1,16 @@
 //! Test charts as scenes.
 
+use std::io;
 use std::path::PathBuf;
 
 use petzval_base::io::{FileLog, OutputFile};
 use petzval_lens::film_size;
 use petzval_optics::FocusedLens;
-use petzval_tools::charts::{ChartFiles, ChartKind};
+use petzval_tools::charts::{ChartFiles, ChartFilesError, ChartKind, check_name};
 use pyo3::prelude::*;
 use serde_json::json;
 
-use crate::error::value_error;
+use crate::error::{image_error, value_error};
 use crate::lens::Lens;
 use crate::worker;
 
@@ -59,7 +60,7 @@ pub fn chart(
     kind: &str,
     lens: &Bound<'_, Lens>,
     path: PathBuf,
-    resolution: (u32, u32),
+    resolution: (i64, i64),
     film: FilmSetting,
     focus: f64,
     fstop: Option<f64>,
@@ -72,11 +73,14 @@ pub fn chart(
         let found = path.display();
         return Err(value_error(format!("path={found}: expected the name of a scene, .pbrt")));
     }
-    let resolution = [resolution.0, resolution.1];
-    if !resolution.iter().all(|side| (1..=65536).contains(side)) {
+    if ![resolution.0, resolution.1].iter().all(|side| (1..=65536).contains(side)) {
         return Err(value_error(format!(
             "resolution={resolution:?}: expected 1 to 65536 pixels a side"
         )));
+    }
+    let resolution = [resolution.0, resolution.1].map(|side| side as u32);
+    if focus.is_nan() || focus <= 0.0 {
+        return Err(value_error(format!("focus={focus}: expected a distance in m above 0")));
     }
     let lens = lens.get();
     let Some(file) = lens.file().on_disk() else {
@@ -87,6 +91,9 @@ pub fn chart(
     let file = std::path::absolute(file)?;
     let mut prescription = lens.prescription().clone();
     if let Some(f_number) = fstop {
+        if !(f_number > 0.0 && f_number.is_finite()) {
+            return Err(value_error(format!("fstop={f_number}: expected a number above 0")));
+        }
         let diameter = prescription
             .f_number_diameter(f_number)
             .map_err(|error| value_error(format!("fstop={f_number}: {error}")))?;
@@ -96,20 +103,18 @@ pub fn chart(
     inputs.add(&file, None);
     let output = |path: PathBuf| OutputFile::new(path, &inputs).map_err(value_error);
     let texture = path.with_extension("png");
+    check_name(&file).map_err(value_error)?;
+    check_name(&texture).map_err(value_error)?;
     let scene = output(path)?;
     let texture = kind.has_texture().then(|| output(texture)).transpose()?;
     let film = film.size()?;
-    let work = || -> Result<String, String> {
-        let focused = FocusedLens::new(&prescription, 1e3 * focus, film, resolution)
-            .map_err(|error| error.to_string())?;
-        let files = ChartFiles::new(kind, &focused, &file).map_err(|error| error.to_string())?;
-        files
-            .write("petzval.chart", &scene, texture.as_ref())
-            .map_err(|error| error.to_string())?;
+    let work = || -> Result<String, ChartFilesError> {
+        let focused = FocusedLens::new(&prescription, 1e3 * focus, film, resolution)?;
+        let files = ChartFiles::new(kind, &focused, &file)?;
+        files.write("petzval.chart", &scene, texture.as_ref())?;
         let chart = &files.chart;
         let region = |[low, high]: [[u32; 2]; 2]| [low[0], low[1], high[0], high[1]];
         Ok(json!({
-            "scene": scene.path(),
             "texture": texture.as_ref().map(OutputFile::path),
             "region": chart.region.map(region),
             "edges": chart.edges.iter().map(|edge| region(*edge)).collect::<Vec<_>>(),
@@ -117,5 +122,11 @@ pub fn chart(
         })
         .to_string())
     };
-    worker::run_whole(py, work)?.map_err(value_error)
+    worker::run_whole(py, work)?.map_err(|error| match error {
+        ChartFilesError::Texture(error) => image_error(&error),
+        ChartFilesError::Scene { ref source, .. } => {
+            io::Error::new(source.kind(), error.to_string()).into()
+        }
+        error => value_error(error),
+    })
 }

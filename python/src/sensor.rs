@@ -1,11 +1,12 @@
 //! Sensors: readings of arrays.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use numpy::{IxDyn, PyArrayDyn, PyArrayMethods, ToPyArray};
 use petzval::Picture;
 use petzval_render::sensor::SensorSettings;
 use pyo3::prelude::*;
+use pyo3::types::PyType;
 
 use crate::array;
 use crate::error::value_error;
@@ -15,7 +16,8 @@ use crate::worker;
 ///
 /// `settings` are those of `sensor=`, such as "iso=800,read=2.5,bayer=rggb" or "camera.toml,iso=800". `iso`, `pitch` (um)
 /// and `seconds` are those of film and shutter, which the settings replace.
-#[pyclass(frozen, module = "petzval")]
+#[pyclass(frozen, eq, module = "petzval")]
+#[derive(PartialEq)]
 pub struct Sensor {
     sensor: petzval_render::sensor::Sensor,
 }
@@ -43,8 +45,10 @@ impl Sensor {
 #[pymethods]
 impl Sensor {
     #[new]
-    #[pyo3(signature = (settings = "", *, iso = 100.0, pitch = 6.0, seconds = 0.01))]
-    fn new(settings: &str, iso: f64, pitch: f64, seconds: f64) -> PyResult<Self> {
+    #[pyo3(signature = (settings = PathBuf::new(), *, iso = 100.0, pitch = 6.0, seconds = 0.01))]
+    fn new(settings: PathBuf, iso: f64, pitch: f64, seconds: f64) -> PyResult<Self> {
+        // The path of a sensor file is settings too.
+        let settings = &*settings.to_string_lossy();
         let parsed = SensorSettings::parse_in(Path::new(""), settings)
             .map_err(|problem| value_error(format!("settings={settings:?}: {problem}")))?;
         for (name, value, low, high) in
@@ -95,6 +99,18 @@ impl Sensor {
     #[getter]
     fn read_noise(&self) -> f64 {
         self.sensor.read_noise.pixel
+    }
+
+    /// Dark current of a pixel (electrons a second).
+    #[getter]
+    fn dark_current(&self) -> f64 {
+        self.sensor.dark_current
+    }
+
+    /// Sensitivity relative to that of a second photosite; 1 without one.
+    #[getter]
+    fn hdr(&self) -> f64 {
+        self.sensor.hdr
     }
 
     /// Bits of a code.
@@ -154,6 +170,11 @@ impl Sensor {
     /// Returns the noise of grey of a value, % of the signal: 100 / SNR.
     fn relative_noise(&self, value: f64) -> f64 {
         self.sensor.relative_noise(value)
+    }
+
+    /// The same sensor, for copies in other processes.
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> (Bound<'py, PyType>, (String,)) {
+        (slf.get_type(), (slf.get().sensor.to_string(),))
     }
 
     fn __repr__(&self) -> String {

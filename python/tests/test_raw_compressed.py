@@ -48,7 +48,7 @@ def lossless_jpeg(samples, components, predictor):
     return b"\xff\xd8" + head + data + b"\xff\xd9"
 
 
-def repacked(path, out, tile, encode, compression=7, table=None):
+def repacked(path, out, tile, encode, compression=7, table=None, bits=None):
     """Write a DNG of petzval again, in tiles that a function encodes."""
     old = path.read_bytes()
     assert old[:4] == b"II*\0"
@@ -76,6 +76,9 @@ def repacked(path, out, tile, encode, compression=7, table=None):
     entries[259] = (3, 1, struct.pack("<H", compression))
     entries[322], entries[323] = ((4, 1, struct.pack("<I", side)) for side in tile)
     entries[325] = (4, number, struct.pack(f"<{number}I", *map(len, tiles)))
+    if bits is not None:
+        entries.pop(50717)
+        entries[258] = (3, 1, struct.pack("<H", bits))
     if table is not None:
         entries[50712] = (3, len(table), struct.pack(f"<{len(table)}H", *table))
     data, places = bytearray(b"II*\0\0\0\0\0"), []
@@ -137,11 +140,33 @@ def test_codes_behind_a_table_are_linear_again(plain, tmp_path):
 def test_damaged_tiles_are_errors_with_their_place(plain, tmp_path):
     packed = tmp_path / "packed.dng"
     repacked(plain, packed, (32, 16), lambda tile: lossless_jpeg(tile, 2, 1)[:-40])
-    with pytest.raises(ValueError, match="chunk 0: its data is cut off or damaged"):
+    with pytest.raises(ValueError, match=r"chunk \d+: its data is cut off or damaged"):
         pz.develop(packed)
     repacked(plain, packed, (32, 16), lambda tile: lossless_jpeg(tile[:8], 2, 1))
     with pytest.raises(ValueError, match="found 256 samples; expected 512"):
         pz.develop(packed)
     repacked(plain, packed, (32, 16), lambda tile: tile.tobytes(), compression=52546)
     with pytest.raises(ValueError, match="compressed by the method 52546; expected none or lossless JPEG"):
+        pz.develop(packed)
+
+
+def test_white_of_fewer_bits_is_their_last_code(plain, tmp_path):
+    packed = tmp_path / "packed.dng"
+    # The codes of the sensor have 14 bits, and so has the file without its own white.
+    repacked(plain, packed, (32, 16), lambda tile: lossless_jpeg(tile, 2, 1), bits=14)
+    np.testing.assert_allclose(pz.develop(packed), pz.develop(plain), atol=1e-5)
+
+
+def test_chunks_that_share_their_bytes_are_refused(plain, tmp_path):
+    packed = tmp_path / "packed.dng"
+    repacked(plain, packed, (32, 16), lambda tile: lossless_jpeg(tile, 2, 1))
+    data = bytearray(packed.read_bytes())
+    (directory,) = struct.unpack_from("<I", data, 4)
+    (count,) = struct.unpack_from("<H", data, directory)
+    for i in range(count):
+        tag, _, number, at = struct.unpack_from("<HHII", data, directory + 2 + 12 * i)
+        if tag == 325:
+            struct.pack_into(f"<{number}I", data, at, *[len(data) // 2] * number)
+    packed.write_bytes(data)
+    with pytest.raises(ValueError, match="cut off"):
         pz.develop(packed)

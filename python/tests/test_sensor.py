@@ -1,6 +1,7 @@
 """Sensors and charts in Python."""
 
 import json
+import pickle
 import subprocess
 
 import numpy as np
@@ -58,6 +59,9 @@ def test_charts_are_those_of_the_command(tmp_path, lens_path, command):
         assert [line.replace("a.png", "b.png") for line in own] == other
         assert (found["texture"] is None) == (kind != "star")
         assert bool(found["edges"]) == (kind == "edges") and bool(found["spacing_mm"]) == (kind == "grid")
+    sizes = ("35mm", [36, 24], np.array([36.0, 24.0]))
+    same = {pz.chart("flat", lens_path, tmp_path / "f.pbrt", focus=2, film_size=size)["scene"] for size in sizes}
+    assert same == {str(tmp_path / "f.pbrt")}
     edges = pz.chart("edges", pz.Lens(lens_path), tmp_path / "e.pbrt", focus=2, resolution=(600, 400), film_size="35mm")
     image = pz.render(edges["scene"], spp=64)
     middle = edges["edges"][len(edges["edges"]) // 2]
@@ -75,6 +79,9 @@ def test_charts_are_those_of_the_command(tmp_path, lens_path, command):
         ({"film_size": (0, 24)}, "expected width and height in mm"),
         ({"fstop": 0.1}, "fstop=0.1"),
         ({"resolution": (10, 10)}, "at least 400 x 400"),
+        ({"resolution": (-600, 400)}, "expected 1 to 65536 pixels"),
+        ({"focus": float("nan")}, "focus=NaN: expected a distance"),
+        ({"fstop": float("nan")}, "fstop=NaN: expected a number above 0"),
     ],
 )
 def test_wrong_charts_are_named(tmp_path, lens_path, change, message):
@@ -88,3 +95,21 @@ def test_a_lens_of_rows_has_no_file_for_a_chart(tmp_path):
     lens = pz.Lens.from_table([(50, 5, 1.5, 20), (0, 2, 0, 8), (-50, 0, 1, 20)])
     with pytest.raises(ValueError, match="this lens is a table"):
         pz.chart("flat", lens, tmp_path / "a.pbrt", focus=2)
+
+
+def test_names_that_a_scene_cannot_hold_are_refused_and_missing_folders_are_errors_of_files(tmp_path, lens_path):
+    with pytest.raises(ValueError, match="a scene cannot name this file"):
+        pz.chart("star", lens_path, tmp_path / "x\ny.pbrt", focus=2)
+    with pytest.raises((OSError, ValueError), match="no"):
+        pz.chart("flat", lens_path, tmp_path / "no" / "a.pbrt", focus=2)
+    assert not list(tmp_path.iterdir())
+
+
+def test_sensors_take_paths_and_are_pickled(tmp_path):
+    (tmp_path / "camera.toml").write_text("well = 7000\nread = 3\nbits = 12\nbayer = 'rggb'\n")
+    sensor = pz.Sensor(tmp_path / "camera.toml", pitch=3)
+    assert sensor.full_well == 7000 and sensor.bayer == "rggb" and sensor.hdr == 1 and sensor.dark_current == 0
+    copied = pickle.loads(pickle.dumps(sensor))
+    assert copied == sensor and copied != pz.Sensor("well=7001")
+    light = np.full((8, 8), 0.5)
+    assert (copied.codes(light) == sensor.codes(light)).all()

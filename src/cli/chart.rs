@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
-use petzval_base::io::{ReadContext, path_excerpt};
-use petzval_tools::charts::{Chart, ChartFiles, ChartFilesError, ChartKind};
+use petzval_base::io::ReadContext;
+use petzval_tools::charts::{Chart, ChartFiles, ChartFilesError, ChartKind, check_name};
 
 use super::arguments::argv::{accepted_words, argv, shell_line};
 use super::lens::LensCameraArguments;
@@ -69,7 +69,7 @@ pub(super) fn run(arguments: &ChartArguments) -> Result<Outcome, Failure> {
         return Err(format!("-o {}: expected the name of a scene, .pbrt", output.display()).into());
     }
     let lens_path = std::path::absolute(&camera.lens)?;
-    check_name(&lens_path)?;
+    check_name(&lens_path).map_err(|error| error.to_string())?;
     let lens = camera.read(&context)?;
     let outputs = camera.file.outputs(&context.files());
     let file = claim_writable(&outputs, output, "-o")?;
@@ -77,7 +77,7 @@ pub(super) fn run(arguments: &ChartArguments) -> Result<Outcome, Failure> {
     let kind = ChartKind::from(*kind);
     let texture_file = match kind.has_texture() {
         true => {
-            check_name(&texture)?;
+            check_name(&texture).map_err(|error| error.to_string())?;
             Some(claim_writable(&outputs, &texture, "-o")?)
         }
         false => None,
@@ -92,18 +92,6 @@ pub(super) fn run(arguments: &ChartArguments) -> Result<Outcome, Failure> {
     let files = ChartFiles::new(kind, &focused, &lens_path).map_err(named)?;
     files.write(&shell_line(&argv()), &file, texture_file.as_ref()).map_err(named)?;
     super::print(&next_steps(&files.chart, output, focused.setup().disperses()))
-}
-
-/// Checks that a scene can name a file.
-fn check_name(path: &Path) -> Result<(), Failure> {
-    match path.to_str().is_none_or(|path| path.contains(char::is_control)) {
-        false => Ok(()),
-        true => Err(format!(
-            "{}: a scene cannot name this file; expected a path in UTF-8 without control characters",
-            path_excerpt(path)
-        )
-        .into()),
-    }
 }
 
 /// Returns the commands that photograph the chart and measure the picture. Lateral colour counts long before it is seen.

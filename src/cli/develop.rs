@@ -18,7 +18,7 @@ use super::{Failure, Outcome};
 /// Arguments of `petzval develop`.
 #[derive(Debug, clap::Args)]
 pub(super) struct DevelopArguments {
-    /// Raw file: a .dng, not compressed or by lossless JPEG
+    /// Raw file: a .dng, uncompressed or compressed with lossless JPEG
     raw: PathBuf,
     /// Picture to write: .exr or .npy (linear sRGB), .png, .jpg or .tif
     #[arg(short, long, value_name = "FILE")]

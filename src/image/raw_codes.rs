@@ -20,12 +20,12 @@ pub struct RawCodes {
     /// Channels behind the filters of the first two by two pixels, in reading order: 0 red, 1 green, 2 blue; `None`
     /// for a sensor without filters.
     pub filters: Option<[u8; 4]>,
-    /// Bits of a code in the file: 8 or 16.
+    /// Bits of a code in the file: 8 or 16, or fewer in compressed files.
     pub bits: u32,
 }
 
 impl RawCodes {
-    /// Reads a DNG that is not compressed or by lossless JPEG, or the samples of a grey PNG or TIFF of 8 or 16 bits as they are.
+    /// Reads a DNG, uncompressed or compressed with lossless JPEG, or the samples of a grey PNG or TIFF of 8 or 16 bits as they are.
     ///
     /// # Errors
     /// Returns an error if the file cannot be read, is of another format, or holds a picture instead of codes.
@@ -37,7 +37,12 @@ impl RawCodes {
         match extension(path).as_str() {
             "dng" => {
                 let bytes = context.bytes(path).map_err(|error| io(error.source))?;
-                tiff::read_mosaic(&bytes).map_err(malformed)
+                let samples = tiff::raw_samples(&bytes).map_err(malformed)?;
+                // In chunks, and in rows.
+                let held = context.hold(samples.saturating_mul(4)).map_err(too_large)?;
+                let codes = tiff::read_mosaic(&bytes).map_err(malformed)?;
+                held.keep(2 * codes.codes.len() as u64).map_err(too_large)?;
+                Ok(codes)
             }
             "png" | "tif" | "tiff" => {
                 let bits = declared_bits(path).map_err(malformed)?;

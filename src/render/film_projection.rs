@@ -80,17 +80,27 @@ impl FilmProjection {
     }
 
     /// Returns the displacement from an image of a point to another (pixels). A picture of all directions continues
-    /// beyond its edges: the shorter way counts, and `None` where the picture is folded.
-    pub fn displacement(&self, from: [f64; 2], to: [f64; 2]) -> Option<[f64; 2]> {
-        let [x, y] = [0, 1].map(|i| to[i] - from[i]);
-        let Model::Sphere(mapping) = self.model else { return Some([x, y]) };
+    /// beyond its edges, and the shortest displacement counts.
+    pub fn displacement(&self, from: [f64; 2], to: [f64; 2]) -> [f64; 2] {
         let [width, height] = self.resolution;
-        match mapping {
-            SphericalMapping::Equirectangular => Some([x - width * (x / width).round(), y]),
-            SphericalMapping::EqualArea => {
-                (x.abs() < width / 2.0 && y.abs() < height / 2.0).then_some([x, y])
+        let [x, y] = to;
+        let images = match self.model {
+            Model::Sphere(SphericalMapping::Equirectangular) => {
+                vec![[x, y], [x - width, y], [x + width, y]]
             }
-        }
+            // Each edge is folded about its middle (Clarberg 2008).
+            Model::Sphere(SphericalMapping::EqualArea) => vec![
+                [x, y],
+                [-x, height - y],
+                [2.0 * width - x, height - y],
+                [width - x, -y],
+                [width - x, 2.0 * height - y],
+            ],
+            _ => vec![[x, y]],
+        };
+        let length = |[x, y]: &[f64; 2]| x.hypot(*y);
+        let displacements = images.into_iter().map(|[x, y]| [x - from[0], y - from[1]]);
+        displacements.min_by(|a, b| length(a).total_cmp(&length(b))).unwrap_or_default()
     }
 
     /// Returns whether a point of the picture is on the film.

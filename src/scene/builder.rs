@@ -33,7 +33,8 @@ pub struct ShapeSpec {
     pub object: Option<u32>,
     /// Name, if the scene file gives one.
     pub name: Option<String>,
-    /// Name of what the shape is a copy of, if that is another; of shapes in objects, it is the object.
+    /// Name of the asset that the shape is a copy of, from [`SceneBuilder::unique_name`]. By default it is the object, or the
+    /// shape itself outside objects.
     pub asset: Option<String>,
 }
 
@@ -164,6 +165,11 @@ impl SceneBuilder {
     /// Names an object.
     pub fn name_object(&mut self, index: u32, name: &str) {
         self.names.set_object(index, name);
+    }
+
+    /// Returns a name for an asset that no other one has from here.
+    pub fn unique_name(&mut self, name: &str) -> String {
+        self.names.unique(name).to_string()
     }
 
     /// Names a material.

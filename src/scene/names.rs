@@ -13,12 +13,12 @@ use petzval_base::rays::NO_INDEX;
 pub struct SceneNames {
     shapes: HashMap<u32, Arc<str>>,
     objects: HashMap<u32, Arc<str>>,
-    /// Names of what shapes outside objects are copies of, where the file says so.
+    /// Names of the assets of shapes, where the file gives them.
     assets: HashMap<u32, Arc<str>>,
     /// Several materials may share a name: the variants of one in the file do.
     materials: HashMap<u32, Arc<str>>,
-    /// Names of objects and of shapes outside them, and of shapes in objects.
-    taken: [UniqueNames; 2],
+    /// Names of objects and of shapes outside them, of shapes in objects, and of other assets.
+    taken: [UniqueNames; 3],
 }
 
 impl SceneNames {
@@ -48,6 +48,11 @@ impl SceneNames {
         self.objects.insert(index, name);
     }
 
+    /// Returns a name for an asset that no other one has from here.
+    pub(super) fn unique(&mut self, name: &str) -> Arc<str> {
+        self.taken[2].unique(name)
+    }
+
     pub(super) fn set_asset(&mut self, shape: u32, name: &str) {
         self.assets.insert(shape, name.into());
     }
@@ -68,8 +73,8 @@ impl Scene {
         }
     }
 
-    /// Returns the name of the asset that a shape belongs to: its object, which all instances share, or outside objects
-    /// what the file calls it a copy of, or the shape itself.
+    /// Returns the name of the asset that a shape belongs to, which all its copies share: that of the file, its object, or the
+    /// shape itself outside objects.
     pub fn asset_name(&self, placed: PlacedShape) -> Cow<'_, str> {
         match (self.given_asset_name(placed), placed.instance) {
             (Some(name), _) => Cow::Borrowed(name),
@@ -81,10 +86,10 @@ impl Scene {
     /// Returns the same as [`Self::asset_name`] if the scene file gives the name.
     pub fn given_asset_name(&self, placed: PlacedShape) -> Option<&str> {
         let SceneNames { shapes, objects, assets, .. } = &*self.names;
-        let name = match placed.instance {
-            NO_INDEX => assets.get(&placed.shape).or_else(|| shapes.get(&placed.shape)),
+        let name = assets.get(&placed.shape).or_else(|| match placed.instance {
+            NO_INDEX => shapes.get(&placed.shape),
             instance => objects.get(&self.object_of(instance)),
-        };
+        });
         name.map(|name| &**name)
     }
 }

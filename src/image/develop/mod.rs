@@ -27,8 +27,8 @@ use crate::{ImageError, Picture, RawCodes, WhiteBalance, declared, tiff};
 
 /// Largest ratio of the channels of white.
 const MAX_RATIO: f64 = 1e4;
-/// Bytes that the development of a pixel needs: codes, readings, two differences, green, a direction, and colours.
-const PIXEL_BYTES: u64 = 2 + 4 + 8 + 4 + 1 + 12;
+/// Bytes that the development of a pixel needs: codes in chunks and in rows, readings, two differences, green, a direction, and colours.
+const PIXEL_BYTES: u64 = 2 * 2 + 4 + 8 + 4 + 1 + 12;
 
 /// Why a raw file cannot be developed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -87,7 +87,7 @@ impl RawFile {
     /// The word for the white balance of the file, [`WhiteBalance::Off`].
     pub const AS_SHOT: &str = "as-shot";
 
-    /// Reads a DNG that is not compressed, or by lossless JPEG.
+    /// Reads a DNG, uncompressed or compressed with lossless JPEG.
     ///
     /// # Errors
     /// Returns an error if the file cannot be read, is no DNG, or lacks levels or colours.
@@ -99,11 +99,11 @@ impl RawFile {
         let io = |source| ImageError::Io { verb: "read", path: path.to_owned(), source };
         context.register(path).map_err(io)?;
         let bytes = context.bytes(path).map_err(|error| io(error.source))?;
-        // There is a code of two bytes for each pixel.
-        let claimed = context.claim(PIXEL_BYTES * bytes.len() as u64 / 2);
+        let malformed = |found| ImageError::Malformed { path: path.to_owned(), found };
+        let samples = tiff::raw_samples(&bytes).map_err(malformed)?;
+        let claimed = context.claim(PIXEL_BYTES.saturating_mul(samples));
         claimed.map_err(|found| declared::too_large(path, found))?;
-        let raw = tiff::read_raw(&bytes);
-        raw.map_err(|found| ImageError::Malformed { path: path.to_owned(), found })
+        tiff::read_raw(&bytes).map_err(malformed)
     }
 
     /// Develops the picture. [`WhiteBalance::Off`] keeps the white balance of the file.

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use exr::meta::MetaData;
 use exr::meta::header::Header;
 use exr::prelude::*;
 
@@ -31,27 +32,27 @@ impl PictureLayers {
             2 * parts.iter().map(|part| part.channels.bytes_per_pixel as u64).sum::<u64>()
         };
         let _held = hold_parts(path, context, bytes)?;
+        let failed = |error| match error {
+            Error::Io(source) => ImageError::Io { verb: "read", path: path.to_owned(), source },
+            other => ImageError::Malformed { path: path.to_owned(), found: other.to_string() },
+        };
         let reader =
             || exr::prelude::read().no_deep_data().largest_resolution_level().all_channels();
-        let parts: Layers<_> = match reader().all_layers().all_attributes().from_file(path) {
-            Ok(image) => image.layer_data,
-            Err(Error::Io(source)) => {
-                return Err(ImageError::Io { verb: "read", path: path.to_owned(), source });
+        // Parts of deep samples are not read, and flat ones beside them one at a time.
+        let has_deep = MetaData::read_from_file(path, false)
+            .is_ok_and(|meta| meta.headers.iter().any(|part| part.deep));
+        let parts: Layers<_> = match has_deep {
+            false => {
+                reader().all_layers().all_attributes().from_file(path).map_err(failed)?.layer_data
             }
-            // A part may be of a kind that is not read, such as deep samples.
-            Err(_) => reader()
-                .first_valid_layer()
-                .all_attributes()
-                .from_file(path)
-                .map(|image| std::iter::once(image.layer_data).collect())
-                .map_err(|error| ImageError::Malformed {
-                    path: path.to_owned(),
-                    found: error.to_string(),
-                })?,
+            true => {
+                let image = reader().first_valid_layer().all_attributes().from_file(path);
+                std::iter::once(image.map_err(failed)?.layer_data).collect()
+            }
         };
         let malformed = |found| ImageError::Malformed { path: path.to_owned(), found };
         let window = |part: &Layer<_>| (part.attributes.layer_position, part.size);
-        let Some(first) = parts.first().map(window) else {
+        let Some(first) = parts.iter().max_by_key(|part| part.size.area()).map(window) else {
             return Err(malformed("the file has no part".to_owned()));
         };
         let (origin, size) = first;
@@ -62,7 +63,7 @@ impl PictureLayers {
         };
         for (number, part) in parts.into_iter().enumerate() {
             let part_name = part.attributes.layer_name.as_ref().map(Text::to_string);
-            // Parts of another size are no layers of this picture.
+            // Smaller parts are no layers of this picture, but previews.
             if window(&part) != first {
                 continue;
             }

@@ -25,35 +25,68 @@ impl Chunks {
     /// Reads the places of the chunks of a directory.
     ///
     /// # Errors
-    /// Returns what was found if there are no strips or tiles, or another number than fill the picture.
-    pub fn read(file: &Numbers<'_>, directory: usize, size: [usize; 2]) -> Result<Self, String> {
+    /// Returns what was found if there are no strips or tiles, if they do not fill the picture, or if they have more
+    /// samples than the file can hold.
+    pub fn read(
+        file: &Numbers<'_>,
+        directory: usize,
+        size: [usize; 2],
+        compressed: bool,
+    ) -> Result<Self, String> {
         let all = |tag| file.entry(directory, tag);
-        let side = |tag| -> Result<Option<usize>, String> {
-            Ok(file.first(directory, tag)?.and_then(|side| usize::try_from(side).ok()))
+        let side = |tag| -> Result<usize, String> {
+            let side = file.first(directory, tag)?.unwrap_or(0);
+            Ok(usize::try_from(side).unwrap_or(usize::MAX))
         };
         let [width, height] = size;
         let strips = all(tags::STRIP_OFFSETS)?.zip(all(tags::STRIP_BYTES)?);
-        let (chunk, offsets, is_tiled) = match strips {
+        let is_tiled = strips.is_none();
+        let (chunk, (offsets, lengths)) = match strips {
             Some(places) => {
-                let rows = side(tags::ROWS_PER_STRIP)?.unwrap_or(height).min(height);
-                ([width, rows], places, false)
+                // Without their number of rows, strips have the same.
+                let rows = match side(tags::ROWS_PER_STRIP)? {
+                    0 => height.div_ceil(places.0.len().max(1)),
+                    rows => rows.min(height),
+                };
+                ([width, rows], places)
             }
             None => {
                 let places = all(tags::TILE_OFFSETS)?.zip(all(tags::TILE_BYTES)?);
                 let places = places.ok_or("its raw data is in neither strips nor tiles")?;
-                let [across, down] = tags::TILE_SIZE.map(side);
-                ([across?.unwrap_or(0), down?.unwrap_or(0)], places, true)
+                ([side(tags::TILE_SIZE[0])?, side(tags::TILE_SIZE[1])?], places)
             }
         };
-        let count = (0..2).try_fold(1_usize, |count, i| {
-            (chunk[i] > 0).then(|| size[i].div_ceil(chunk[i]))?.checked_mul(count)
-        });
-        let (offsets, lengths) = offsets;
-        if count.is_none_or(|n| n == 0 || n != offsets.len() || n != lengths.len()) {
-            return Err(cut());
+        let [across, down] =
+            [0, 1].map(|i| if chunk[i] > 0 { size[i].div_ceil(chunk[i]) } else { 0 });
+        let (count, found) = (across.saturating_mul(down), offsets.len());
+        if count == 0 || count != found || count != lengths.len() {
+            return Err(format!(
+                "its raw data has {found} strips or tiles of {} x {} pixels; expected {count} for {width} x {height}",
+                chunk[0], chunk[1]
+            ));
         }
         let places = offsets.into_iter().zip(lengths).map(|(at, length)| [at, length]).collect();
-        Ok(Self { size, chunk, is_tiled, places })
+        let chunks = Self { size, chunk, is_tiled, places };
+        // A compressed code has a bit at least. A hostile file claims no more memory, neither by its sizes nor by chunks
+        // that share their bytes.
+        let bytes = file.bytes.len() as u64;
+        let lengths = chunks.places.iter().map(|[_, length]| *length);
+        let stored = lengths.fold(0_u64, u64::saturating_add);
+        let most = if compressed { 8 * bytes } else { bytes / 2 };
+        if stored > bytes || chunks.samples() > most {
+            return Err(cut());
+        }
+        Ok(chunks)
+    }
+
+    /// Returns the number of samples of all chunks, with their padding.
+    pub fn samples(&self) -> u64 {
+        let [width, rows] = self.chunk.map(|side| side as u64);
+        let padded = width.saturating_mul(rows).saturating_mul(self.places.len() as u64);
+        match self.is_tiled {
+            true => padded,
+            false => (self.size[0] as u64).saturating_mul(self.size[1] as u64),
+        }
     }
 
     /// Returns the codes of all pixels, row after row.
@@ -62,9 +95,6 @@ impl Chunks {
     /// Returns what was found if they are cut off or damaged.
     pub fn codes(&self, file: &Numbers<'_>, compressed: bool) -> Result<Vec<u16>, String> {
         let [width, height] = self.size;
-        // A compressed code has a bit at least. The sizes of a hostile file claim no more memory.
-        let most = if compressed { 8 * file.bytes.len() } else { file.bytes.len() / 2 };
-        let count = width.checked_mul(height).filter(|&n| n <= most).ok_or_else(cut)?;
         let across = width.div_ceil(self.chunk[0]);
         let chunks: Vec<Vec<u16>> = (0..self.places.len())
             .into_par_iter()
@@ -74,27 +104,24 @@ impl Chunks {
                     rows = rows.min(height - number * rows);
                 }
                 let bytes = self.bytes(file, number).ok_or_else(cut)?;
-                let samples = chunk_width.checked_mul(rows).ok_or_else(cut)?;
-                match compressed {
-                    true if samples > 8 * bytes.len() => Err(cut()),
-                    true => lossless_jpeg::decode(bytes, samples)
-                        .map_err(|fault| format!("its raw data, chunk {number}: {fault}")),
-                    false if bytes.len() / 2 != samples => Err(cut()),
-                    false => {
-                        let codes = bytes.as_chunks::<2>().0.iter();
-                        Ok(codes.map(|&code| file.short(code)).collect())
-                    }
+                let samples = chunk_width * rows;
+                if compressed {
+                    let decoded = lossless_jpeg::decode(bytes, samples);
+                    return decoded
+                        .map_err(|fault| format!("its raw data, chunk {number}: {fault}"));
                 }
+                // A strip may be longer than its samples.
+                let codes = bytes.as_chunks::<2>().0.get(..samples).ok_or_else(cut)?;
+                Ok(codes.iter().map(|&code| file.short(code)).collect())
             })
             .collect::<Result<_, String>>()?;
-        let mut codes = vec![0; count];
+        let mut codes = vec![0; width * height];
         for (number, chunk) in chunks.iter().enumerate() {
             let [left, top] = [number % across * self.chunk[0], number / across * self.chunk[1]];
             let kept = self.chunk[0].min(width - left);
-            for (row, from) in chunk.chunks_exact(self.chunk[0]).enumerate() {
-                if let Some(to) = codes.chunks_exact_mut(width).nth(top + row) {
-                    to[left..left + kept].copy_from_slice(&from[..kept]);
-                }
+            let rows = codes.chunks_exact_mut(width).skip(top);
+            for (from, to) in chunk.chunks_exact(self.chunk[0]).zip(rows) {
+                to[left..left + kept].copy_from_slice(&from[..kept]);
             }
         }
         Ok(codes)

@@ -3,10 +3,10 @@
 /// Longest Huffman code (bits).
 const LONGEST: usize = 16;
 
-/// Decodes all samples, row after row, those of a pixel one after another. Values are those of 16 bits.
+/// Decodes all samples, row after row, those of a pixel one after another.
 ///
 /// # Errors
-/// Returns what was found if the data is none of lossless JPEG, is cut off, or has another number of samples.
+/// Returns what was found if the data is no lossless JPEG, is cut off, or has another number of samples.
 pub(super) fn decode(bytes: &[u8], expected: usize) -> Result<Vec<u16>, String> {
     if !bytes.starts_with(&[0xff, 0xd8]) {
         return Err("found no lossless JPEG".to_owned());
@@ -226,6 +226,7 @@ impl<'a> Scan<'a> {
             };
             let difference = bits.difference(self.tables[i % components]);
             let difference = difference.ok_or("its data is cut off or damaged")?;
+            // Sums are modulo 2^16.
             samples.push((prediction + difference) as u16);
         }
         if self.shift > 0 {

@@ -23,7 +23,7 @@ use super::{ImageError, Notes};
 
 pub(super) use display::write_tiff;
 pub(super) use dng::write_dng;
-pub(super) use mosaic::read_mosaic;
+pub(super) use mosaic::{raw_samples, read_mosaic};
 pub(super) use raw_tags::read_raw;
 
 type Directory<'a, W> = DirectoryEncoder<'a, W, TiffKindStandard>;

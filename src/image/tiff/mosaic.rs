@@ -33,6 +33,15 @@ pub(crate) fn read_mosaic(bytes: &[u8]) -> Result<RawCodes, String> {
     RawDirectory::find(bytes)?.codes()
 }
 
+/// Returns the number of samples that the raw data of a file has to be decoded to.
+///
+/// # Errors
+/// As [`read_mosaic`].
+pub(crate) fn raw_samples(bytes: &[u8]) -> Result<u64, String> {
+    let RawDirectory { file, directory, .. } = RawDirectory::find(bytes)?;
+    Ok(Layout::read(&file, directory)?.chunks.samples())
+}
+
 impl<'a> RawDirectory<'a> {
     /// Finds the raw data of a file.
     ///
@@ -78,32 +87,51 @@ impl<'a> RawDirectory<'a> {
     }
 }
 
+/// How raw data is stored.
+struct Layout {
+    size: [usize; 2],
+    compressed: bool,
+    /// Bits of a code.
+    bits: u32,
+    chunks: Chunks,
+}
+
+impl Layout {
+    fn read(file: &Numbers<'_>, directory: usize) -> Result<Self, String> {
+        let one =
+            |tag, default: u64| file.first(directory, tag).map(|found| found.unwrap_or(default));
+        let compressed = match one(tags::COMPRESSION, 1)? {
+            1 => false,
+            LOSSLESS_JPEG => true,
+            method => {
+                return Err(format!(
+                    "its raw data is compressed by the method {method}; expected none or lossless JPEG, as Adobe DNG \
+                     Converter writes; petzval measure noise also reads codes from TIFF files"
+                ));
+            }
+        };
+        let [bits, samples] = [one(tags::BITS, 1)?, one(tags::SAMPLES, 1)?];
+        let least = if compressed { 2 } else { 16 };
+        if samples != 1 || !(least..=16).contains(&bits) {
+            return Err(format!(
+                "its raw data has {samples} samples of {bits} bits a pixel; expected one of 16, or of fewer by lossless JPEG; \
+                 petzval measure noise also reads codes from TIFF files"
+            ));
+        }
+        let size = [one(tags::WIDTH, 0)?, one(tags::HEIGHT, 0)?]
+            .map(|side| usize::try_from(side).unwrap_or(0));
+        let chunks = Chunks::read(file, directory, size, compressed)?;
+        Ok(Self { size, compressed, bits: bits as u32, chunks })
+    }
+}
+
 fn read_directory(
     file: &Numbers<'_>,
     directory: usize,
     filtered: bool,
 ) -> Result<RawCodes, String> {
     let all = |tag| file.entry(directory, tag);
-    let one = |tag, default: u64| file.first(directory, tag).map(|found| found.unwrap_or(default));
-    let compressed = match one(tags::COMPRESSION, 1)? {
-        1 => false,
-        LOSSLESS_JPEG => true,
-        method => {
-            return Err(format!(
-                "its raw data is compressed by the method {method}; expected none or lossless JPEG, as Adobe DNG \
-                 Converter writes; petzval measure noise also reads codes from TIFF files"
-            ));
-        }
-    };
-    let [bits, samples] = [one(tags::BITS, 1)?, one(tags::SAMPLES, 1)?];
-    if samples != 1 || bits > 16 || !(compressed || bits == 16) {
-        return Err(format!(
-            "its raw data has {samples} samples of {bits} bits a pixel; expected one of 16; petzval measure noise also reads \
-             codes from TIFF files"
-        ));
-    }
-    let [width, height] = [one(tags::WIDTH, 0)?, one(tags::HEIGHT, 0)?]
-        .map(|side| usize::try_from(side).unwrap_or(0));
+    let Layout { size: [width, height], compressed, bits, chunks } = Layout::read(file, directory)?;
     let filters = match (filtered, all(tags::CFA_PATTERN)?.as_deref()) {
         (false, _) => None,
         (true, Some(&[a, b, c, d]))
@@ -117,7 +145,7 @@ fn read_directory(
             );
         }
     };
-    let mut codes = Chunks::read(file, directory, [width, height])?.codes(file, compressed)?;
+    let mut codes = chunks.codes(file, compressed)?;
     if let Some(table) = all(tags::LINEARIZATION_TABLE)? {
         // Codes beyond the table are its last one.
         let last = table.len().checked_sub(1).ok_or("its LinearizationTable is empty")?;
@@ -137,7 +165,7 @@ fn read_directory(
     let [top, left, bottom, right] = [top, left, bottom, right].map(|border| border as usize);
     let rows = codes.chunks_exact(width).skip(top).take(bottom - top);
     let codes = rows.flat_map(|row| &row[left..right]).copied().collect();
-    Ok(RawCodes { size: [right - left, bottom - top], codes, filters, bits: 16 })
+    Ok(RawCodes { size: [right - left, bottom - top], codes, filters, bits })
 }
 
 #[cfg(test)]

@@ -110,7 +110,7 @@ impl MotionVectors {
             .timing
             .exposure_of(pixel, self.resolution)
             .map(|at| self.projection.pixel_near(place(at), start));
-        self.projection.displacement(from?, to?)
+        Some(self.projection.displacement(from?, to?))
     }
 
     fn motion_of(&self, instance: u32) -> Option<&Motion> {

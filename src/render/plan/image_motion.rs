@@ -97,7 +97,7 @@ impl ImagePath {
             if let (Some(a), Some(b)) = (last, now)
                 && [a, b].iter().any(|&pixel| self.projection.is_on_film(pixel))
             {
-                let [x, y] = self.projection.displacement(a, b).unwrap_or_default();
+                let [x, y] = self.projection.displacement(a, b);
                 length += x.hypot(y);
             }
             last = now;

@@ -38,7 +38,7 @@ impl Wrap {
                     y = height - 1 - y.clamp(-height, 2 * height);
                 }
                 if y < 0 || y >= height {
-                    y = if y < 0 { -y } else { 2 * height - 1 - y.min(2 * height) };
+                    y = if y < 0 { y.saturating_neg() } else { 2 * height - 1 - y.min(2 * height) };
                     x = width - 1 - x;
                 }
                 Some([x.clamp(0, width - 1), y.clamp(0, height - 1)])

@@ -170,6 +170,7 @@ impl SceneParts<'_> {
     fn add_mesh(&mut self, index: usize, places: &[&Placement]) -> Result<(), SceneError> {
         let document = self.document;
         let mesh = &document.root.meshes[index];
+        let asset = mesh.name.as_ref().map(|name| self.builder.unique_name(name));
         let (mesh_name, mut object) = (mesh.name.clone(), None);
         for (i, primitive) in mesh.primitives.iter().enumerate() {
             let element = format!("meshes/{index}/primitives/{i}");
@@ -224,7 +225,7 @@ impl SceneParts<'_> {
                     mesh.transform(&place.world_from_mesh, false);
                     let node = &document.root.nodes[place.node];
                     let name = node.name.clone().or_else(|| mesh_name.clone());
-                    self.add_shape(Geometry::Mesh(mesh), surface, None, [name, mesh_name.clone()]);
+                    self.add_shape(Geometry::Mesh(mesh), surface, None, [name, asset.clone()]);
                 }
                 if own.len() == places.len() {
                     continue;
@@ -245,9 +246,6 @@ impl SceneParts<'_> {
                             .claim(INSTANCE_BYTES * places.len() as u64)
                             .map_err(|refusal| document.too_large(&element, &refusal))?;
                         let id = self.builder.add_object();
-                        if let Some(name) = &mesh_name {
-                            self.builder.name_object(id, name);
-                        }
                         for place in places.iter().filter(|place| !(shared && reflected(place))) {
                             self.builder.add_instance(id, place.world_from_mesh);
                         }
@@ -257,7 +255,12 @@ impl SceneParts<'_> {
                         id
                     }
                 };
-                self.add_shape(Geometry::Mesh(mesh), surface, Some(id), [mesh_name.clone(), None]);
+                self.add_shape(
+                    Geometry::Mesh(mesh),
+                    surface,
+                    Some(id),
+                    [mesh_name.clone(), asset.clone()],
+                );
             }
         }
         Ok(())

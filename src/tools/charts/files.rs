@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use petzval_base::io::{OutputFile, path_excerpt};
 use petzval_image::{BitDepth, EncodingOptions, ImageError, PictureWindow};
 use petzval_lens::RealRayFocus;
-use petzval_optics::{Calibration, CalibrationError, FocusedLens};
+use petzval_optics::{Calibration, CalibrationError, FocusedLens, FocusedLensError};
 
 use super::{Chart, ChartCamera, ChartError, ChartKind, ChartView};
 
@@ -20,6 +20,15 @@ pub enum ChartFilesError {
     /// The chart cannot be drawn.
     #[error(transparent)]
     Chart(#[from] ChartError),
+    /// The lens cannot be focused on the film.
+    #[error(transparent)]
+    Focus(#[from] FocusedLensError),
+    /// A scene cannot name a file.
+    #[error(
+        "{}: a scene cannot name this file; expected a path in UTF-8 without control characters",
+        path_excerpt(.0)
+    )]
+    Name(PathBuf),
     /// The picture of the texture cannot be written.
     #[error(transparent)]
     Texture(#[from] ImageError),
@@ -31,6 +40,17 @@ pub enum ChartFilesError {
         /// The error of the system.
         source: io::Error,
     },
+}
+
+/// Checks that a scene can name a file.
+///
+/// # Errors
+/// Returns an error if its path is not UTF-8, or has control characters.
+pub fn check_name(path: &Path) -> Result<(), ChartFilesError> {
+    match path.to_str().is_none_or(|path| path.contains(char::is_control)) {
+        false => Ok(()),
+        true => Err(ChartFilesError::Name(path.to_owned())),
+    }
 }
 
 impl ChartKind {

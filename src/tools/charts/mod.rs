@@ -8,7 +8,7 @@ mod scene_text;
 pub(crate) mod star;
 mod view;
 
-pub use files::{ChartFiles, ChartFilesError};
+pub use files::{ChartFiles, ChartFilesError, check_name};
 pub use scene_text::ChartCamera;
 pub use view::{ChartError, ChartView};
 
