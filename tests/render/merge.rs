@@ -116,7 +116,7 @@ fn damaged_and_foreign_files_are_refused() {
     };
     refuses(b"", "this is no checkpoint");
     refuses(b"v/1\x01 an EXR, or whatever else", "this is no checkpoint");
-    refuses(&changed(8, 2), "its format has version 2, and this petzval reads version 3");
+    refuses(&changed(8, 3), "its format has version 3, and this petzval reads version 2");
     refuses(&changed(18, 1), "its head is longer than any");
     refuses(&changed(60, !good[60]), "the checksum of its head is wrong");
     refuses(&changed(good.len() - 900, !good[good.len() - 900]), "bad.petzval: it is damaged");

@@ -34,7 +34,7 @@ use petzval_base::io::{check_seekable, path_excerpt};
 use petzval_lens::LensModel;
 
 const MAGIC: &[u8; 8] = b"PETZVAL\x1a";
-const VERSION: u32 = 3;
+const VERSION: u32 = 2;
 /// Largest length of a head, which lists files and command-line arguments (bytes).
 const MAX_HEAD: u64 = 1 << 24;
 /// Offset of the head in the file (bytes).
