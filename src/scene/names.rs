@@ -1,7 +1,7 @@
 //! Names of the parts of a scene, as its file gives them.
 
 use std::borrow::Cow;
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::{PlacedShape, Scene};
@@ -11,12 +11,12 @@ use petzval_base::rays::NO_INDEX;
 /// objects, the second becomes `name.001`. Parts without a name are called by their index.
 #[derive(Clone, Debug, Default)]
 pub struct SceneNames {
-    shapes: HashMap<u32, Arc<str>>,
-    objects: HashMap<u32, Arc<str>>,
+    shapes: BTreeMap<u32, Arc<str>>,
+    objects: BTreeMap<u32, Arc<str>>,
     /// Names of the assets of shapes, where the file gives them.
-    assets: HashMap<u32, Arc<str>>,
+    assets: BTreeMap<u32, Arc<str>>,
     /// Several materials may share a name: the variants of one in the file do.
-    materials: HashMap<u32, Arc<str>>,
+    materials: BTreeMap<u32, Arc<str>>,
     /// Names of objects and of shapes outside them, of shapes in objects, and of other assets.
     taken: [UniqueNames; 3],
 }
@@ -94,7 +94,7 @@ impl Scene {
     }
 }
 
-fn name_or_index<'a>(names: &'a HashMap<u32, Arc<str>>, kind: &str, index: u32) -> Cow<'a, str> {
+fn name_or_index<'a>(names: &'a BTreeMap<u32, Arc<str>>, kind: &str, index: u32) -> Cow<'a, str> {
     match names.get(&index) {
         Some(name) => Cow::Borrowed(name),
         None => Cow::Owned(format!("{kind} {index}")),
@@ -103,7 +103,7 @@ fn name_or_index<'a>(names: &'a HashMap<u32, Arc<str>>, kind: &str, index: u32) 
 
 /// Names of which no two are equal, with the number of times that each was asked for.
 #[derive(Clone, Debug, Default)]
-struct UniqueNames(HashMap<Arc<str>, u32>);
+struct UniqueNames(BTreeMap<Arc<str>, u32>);
 
 impl UniqueNames {
     /// Returns a name that no other part has: the one asked for, or that with a number.

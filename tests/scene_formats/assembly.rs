@@ -82,7 +82,13 @@ fn an_assembled_scene_is_that_of_the_same_scene_file() {
     ];
     let lamp = MeshSpec { emission: Some([3.0, 2.0, 1.0]), ..wall(kind("diffuse", [])) };
     let made = assembled(&view(), vec![wall(kind("coateddiffuse", coated)), lamp]);
-    let made = made.expect("a scene");
+    let mut made = made.expect("a scene");
+    // Meshes of a program have names, triangles of a scene file have none.
+    assert_eq!(
+        [0, 1].map(|shape| made.scene.names.shape(shape).into_owned()),
+        ["mesh 0", "mesh 1"]
+    );
+    made.scene.names = read.scene.names.clone();
     assert_eq!(format!("{:?}", made.scene), format!("{:?}", read.scene));
     assert_eq!(made.world_from_camera, read.world_from_camera);
     assert_eq!((made.film, made.samples), (read.film, read.samples));
