@@ -11,6 +11,8 @@ use petzval_lens::{Camera, LensColumns, LensModel, RealLens, SphericalMapping};
 const NODES: usize = 129;
 /// Length of the grid, relative to the film.
 const REACH: f64 = 1.02;
+/// Largest angle of a direction that is searched for, relative to that of the corners.
+const BEYOND: f64 = 1.5;
 /// Search for the pixel of a direction: steps in pixels, values in radians.
 const SEARCH: PlaneNewton = PlaneNewton { difference: 0.125, precision: 1e-8, acceptable: 1e-5 };
 
@@ -48,13 +50,9 @@ impl FilmProjection {
     }
 
     /// Returns the image of a point [pixels from the upper left corner, x to the right, y down], which may lie beyond the
-    /// film; `None` for points behind the camera, and for directions that the lens does not image.
-    pub fn pixel(&self, point: DVec3) -> Option<[f64; 2]> {
-        self.pixel_near(point, self.resolution.map(|size| size / 2.0))
-    }
-
-    /// Does the same, with the search for a real lens starting at a pixel.
-    pub fn pixel_near(&self, point: DVec3, start: [f64; 2]) -> Option<[f64; 2]> {
+    /// film; `None` for points behind the camera, and for directions far beyond those that a lens images. The search for a
+    /// real lens is short from a pixel near by.
+    pub fn pixel(&self, point: DVec3, near: Option<[f64; 2]>) -> Option<[f64; 2]> {
         // Coordinates on the upright film, x to the right and y up.
         let film = match &self.model {
             Model::Plane(_) | Model::Parallel(_) if point.z <= 0.0 => return None,
@@ -66,8 +64,9 @@ impl FilmProjection {
             }
             Model::Rays(rays) => {
                 let share = |pixel: [f64; 2]| [0, 1].map(|i| pixel[i] / self.resolution[i]);
-                let off = |pixel| Some(rays.angles_off(point, share(pixel)));
-                return SEARCH.solve(start, off);
+                let guess = rays.estimate(point)?;
+                let start = near.unwrap_or([0, 1].map(|i| guess[i] * self.resolution[i]));
+                return SEARCH.solve(start, |pixel| Some(rays.angles_off(point, share(pixel))));
             }
         };
         let share = [0.5 + film[0] / self.film[0], 0.5 - film[1] / self.film[1]];
@@ -84,23 +83,21 @@ impl FilmProjection {
     pub fn displacement(&self, from: [f64; 2], to: [f64; 2]) -> [f64; 2] {
         let [width, height] = self.resolution;
         let [x, y] = to;
-        let images = match self.model {
-            Model::Sphere(SphericalMapping::Equirectangular) => {
-                vec![[x, y], [x - width, y], [x + width, y]]
-            }
+        let beyond: &[[f64; 2]] = match self.model {
+            Model::Sphere(SphericalMapping::Equirectangular) => &[[x - width, y], [x + width, y]],
             // Each edge is folded about its middle (Clarberg 2008).
-            Model::Sphere(SphericalMapping::EqualArea) => vec![
-                [x, y],
+            Model::Sphere(SphericalMapping::EqualArea) => &[
                 [-x, height - y],
                 [2.0 * width - x, height - y],
                 [width - x, -y],
                 [width - x, 2.0 * height - y],
             ],
-            _ => vec![[x, y]],
+            _ => &[],
         };
-        let length = |[x, y]: &[f64; 2]| x.hypot(*y);
-        let displacements = images.into_iter().map(|[x, y]| [x - from[0], y - from[1]]);
-        displacements.min_by(|a, b| length(a).total_cmp(&length(b))).unwrap_or_default()
+        let to = |[x, y]: [f64; 2]| [x - from[0], y - from[1]];
+        let length = |[x, y]: [f64; 2]| x.hypot(y);
+        let shorter = |a, b: &[f64; 2]| if length(to(*b)) < length(a) { to(*b) } else { a };
+        beyond.iter().fold(to([x, y]), shorter)
     }
 
     /// Returns whether a point of the picture is on the film.
@@ -116,6 +113,10 @@ struct CentralRays {
     pupil: DVec3,
     /// Row after row of the picture.
     nodes: Vec<CentralRay>,
+    /// Change of the angles by the share of the film in its middle.
+    slope: DVec2,
+    /// Largest angle of a direction that is searched for.
+    widest: f64,
 }
 
 /// A central ray in coordinates that change smoothly over the film.
@@ -149,7 +150,21 @@ impl CentralRays {
                 }
             }
         }
-        Self { pupil, nodes: nodes.into_iter().map(Option::unwrap_or_default).collect() }
+        let nodes: Vec<_> = nodes.into_iter().map(Option::unwrap_or_default).collect();
+        let step = REACH / (NODES - 1) as f64;
+        let here = middle * NODES + middle;
+        let slope = |next: usize| (nodes[here + next].angles - nodes[here].angles) / step;
+        let slope = DVec2::new(slope(1).x, slope(NODES).y);
+        let widest = nodes.iter().map(|ray| ray.angles.length()).fold(0.0, f64::max);
+        Self { pupil, nodes, slope, widest: BEYOND * widest }
+    }
+
+    /// Returns the place on the film of a point by the magnification in the middle, in shares; `None` for directions far
+    /// beyond those of the corners.
+    fn estimate(&self, point: DVec3) -> Option<[f64; 2]> {
+        let direction = angles(point - self.pupil);
+        let inside = direction.length() <= self.widest;
+        inside.then(|| (direction / self.slope + 0.5).to_array())
     }
 
     /// Returns the angles between the direction of a point and the ray of a place on the film, given as shares of its
@@ -256,6 +271,29 @@ fn continued(nodes: &[Option<CentralRay>], place: [usize; 2], ring: usize) -> Op
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn near_directions_are_near_on_pictures_of_all_directions() {
+        for mapping in [SphericalMapping::EqualArea, SphericalMapping::Equirectangular] {
+            let resolution = [400.0; 2];
+            let projection =
+                FilmProjection { model: Model::Sphere(mapping), film: [1.0; 2], resolution };
+            let mut across = 0;
+            for i in 0..20_000 {
+                // A spiral over the sphere, without the poles, where meridians meet.
+                let y = 0.9 - 1.8 * f64::from(i) / 20_000.0;
+                let (sin, cos) = (f64::from(i) * 2.4).sin_cos();
+                let direction = DVec3::new(cos, y, sin).normalize();
+                let near = (direction + 0.01 * DVec3::new(sin, 0.7, -cos)).normalize();
+                let [from, to] = [direction, near].map(|point| projection.pixel(point, None));
+                let (from, to) = (from.expect("a pixel"), to.expect("a pixel"));
+                let [x, y] = projection.displacement(from, to);
+                assert!(x.hypot(y) < 4.0, "{mapping:?}: {direction}: {from:?} to {to:?}");
+                across += u32::from((to[0] - from[0]).hypot(to[1] - from[1]) > 20.0);
+            }
+            assert!(across > 20, "{mapping:?}: {across} pairs on two sides of an edge");
+        }
+    }
 
     #[test]
     fn rings_cover_the_grid_once() {

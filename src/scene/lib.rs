@@ -13,6 +13,7 @@ mod alpha;
 mod animated;
 mod builder;
 mod bvh;
+mod capacity;
 mod dispersion;
 pub mod geometry;
 mod hair;
@@ -33,8 +34,9 @@ mod transform;
 mod world;
 
 pub use animated::AnimatedInstance;
-pub use builder::{SceneBuilder, SceneTooLarge, ShapeSpec};
+pub use builder::{SceneBuilder, ShapeSpec};
 pub use bvh::{Bvh, TraversalStack};
+pub use capacity::SceneTooLarge;
 pub use dispersion::Dispersion;
 pub use geometry::{
     CubicPoints, CurveCrossing, CurveKind, CurvePiece, CurveRay, CurveSegment, CurveSet, Geometry,

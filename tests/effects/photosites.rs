@@ -4,7 +4,8 @@ use crate::support::{mean_and_error, root};
 use petzval_image::{EncodingOptions, ImageError, Picture};
 use petzval_lens::{LensModel, Pose};
 use petzval_render::film::Frame;
-use petzval_render::prepare::{Changes, prepare};
+use petzval_render::job::Job;
+use petzval_render::prepare::{Changes, PrepareError, prepare};
 use petzval_render::sensor::{
     MicrolensError, Microlenses, PixelVignetting, Sensor, SensorSettings,
 };
@@ -108,19 +109,23 @@ fn a_second_sensitivity_reads_what_saturates_the_first() {
     }
 }
 
-/// Prepares a picture of white through the double Gauss.
-fn job(settings: &str) -> petzval_render::job::Job {
+/// Prepares a picture of white through a lens.
+fn job_through(lens: &str, settings: &str) -> Result<Job, PrepareError> {
     let text = format!(
         "Film \"rgb\" \"integer xresolution\" 180 \"integer yresolution\" 120 \"float diagonal\" 43.27\n\
          Camera \"realistic\" \"string lensfile\" \"{}\" \"float aperturediameter\" 6 \
          \"float focusdistance\" 9 \nWorldBegin LightSource \"infinite\"\n",
-        root().join("lenses/dgauss.50mm.dat").display()
+        root().join("lenses").join(lens).display()
     );
     let folder = crate::support::folder();
     let path = crate::support::write(&folder, "scene.pbrt", text);
     let description = petzval_scene_formats::pbrt::read(&path).expect("a scene");
     let changes = Changes { sensor: Some(settings.parse().expect(settings)), ..Changes::default() };
-    prepare(description, &changes).expect("a job").job
+    prepare(description, &changes).map(|prepared| prepared.job)
+}
+
+fn job(settings: &str) -> Job {
+    job_through("dgauss.50mm.dat", settings).expect("a job")
 }
 
 #[test]
@@ -189,6 +194,21 @@ fn microlenses_lose_oblique_light_that_they_are_not_made_for() {
     let tilted = pose(Pose { tilt: [0.0, 5.0], ..Pose::ALIGNED });
     let tilted = PixelVignetting::new(microlenses, &tilted, &job.frame);
     assert_eq!(tilted, Err(MicrolensError::NotRound));
+}
+
+#[test]
+fn microlenses_need_round_surfaces_behind_the_stop() {
+    // Neither blades nor cylinders before the stop change the chief rays behind it.
+    for lens in ["wide.22mm.pentagon.toml", "anamorphic.toml"] {
+        let job = job_through(lens, "microlens=20").map_err(|error| error.to_string());
+        assert!(job.expect(lens).sensor.expect("a sensor").vignetting.is_some());
+    }
+    let Job { mut camera, frame, .. } = job("");
+    let LensModel::Real(lens) = &mut camera.model else { panic!() };
+    lens.prescription.rows.last_mut().expect("surfaces").pose.decentre = [0.0, 0.5];
+    let microlenses = Microlenses { half_angle: 20.0, corner_angle: 0.0 };
+    let vignetting = PixelVignetting::new(microlenses, &camera, &frame);
+    assert_eq!(vignetting, Err(MicrolensError::NotRound));
 }
 
 #[test]

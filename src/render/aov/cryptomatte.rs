@@ -19,7 +19,7 @@ pub(super) const CHANNELS: usize = 2 * RANKS;
 /// Number of kinds of mattes.
 pub(super) const KINDS: usize = Kind::ALL.len();
 
-/// What an identifier stands for.
+/// Parts of a scene that identifiers name.
 #[derive(Clone, Copy, Debug)]
 enum Kind {
     /// A shape in its place.
@@ -67,7 +67,7 @@ impl Kind {
         }
     }
 
-    /// Returns the name of what a shape stands for.
+    /// Returns the name of the part of this kind that a shape belongs to.
     fn name(self, scene: &Scene, placed: PlacedShape) -> String {
         match self {
             Self::Object => scene.placed_name(placed),

@@ -66,9 +66,9 @@ impl MotionVectors {
         }
     }
 
-    /// Returns the displacement (pixels, x to the right, y down) of a point that a pixel sees at a time, from the beginning of the
-    /// pixel's exposure to its end; `None` if its image is
-    /// unknown at either. A scene whose motion is stopped is seen in the middle of the first row's exposure.
+    /// Returns the displacement (pixels, x to the right, y down) of a point that a pixel sees at a time, from the beginning of
+    /// the pixel's exposure to its end; `None` if its image is unknown at either. A scene whose motion is stopped is seen in
+    /// the middle of the first row's exposure.
     pub(super) fn vector(
         &self,
         point: SeenPoint,
@@ -109,7 +109,7 @@ impl MotionVectors {
         let [from, to] = self
             .timing
             .exposure_of(pixel, self.resolution)
-            .map(|at| self.projection.pixel_near(place(at), start));
+            .map(|at| self.projection.pixel(place(at), Some(start)));
         Some(self.projection.displacement(from?, to?))
     }
 

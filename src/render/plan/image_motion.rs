@@ -93,7 +93,8 @@ impl ImagePath {
         let mut last: Option<[f64; 2]> = None;
         let mut length = 0.0;
         for (time, camera_from_world) in &self.times {
-            let now = self.projection.pixel(camera_from_world.transform_point3(place(*time)));
+            let point = camera_from_world.transform_point3(place(*time));
+            let now = self.projection.pixel(point, last);
             if let (Some(a), Some(b)) = (last, now)
                 && [a, b].iter().any(|&pixel| self.projection.is_on_film(pixel))
             {

@@ -7,11 +7,11 @@ use super::{Components, Crosstalk, FixedPattern, HotPixels};
 pub struct Binning {
     /// Photosites along a side of the square.
     pub side: u32,
-    /// What is added up.
+    /// Quantity whose sum is read.
     pub sum: BinningSum,
 }
 
-/// What binning adds up.
+/// Quantity that binning sums.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum BinningSum {
     /// The charge of the photosites, which is read once.

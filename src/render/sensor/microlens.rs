@@ -8,6 +8,8 @@ use crate::film::Frame;
 
 /// Points from the axis to the corner of the film that is farthest from it, at which chief rays are traced.
 const POINTS: usize = 17;
+/// Largest difference between the chief rays of a round lens at equal distances from the axis (degrees).
+const ROUND: f64 = 1e-3;
 
 /// Angular response of photosites behind microlenses. A microlens is displaced towards the middle of the sensor so that
 /// the chief ray of its place falls on the photosite.
@@ -30,7 +32,7 @@ pub enum MicrolensError {
     NoLens,
     /// Chief rays depend on more than the distance from the axis.
     #[error(
-        "'sensor' microlens: expected a lens that is round, and a film that is not tilted; leave out microlens"
+        "'sensor' microlens: expected surfaces behind the stop that are round and aligned, and a film that is not tilted; leave out microlens"
     )]
     NotRound,
 }
@@ -56,26 +58,41 @@ impl PixelVignetting {
     /// Traces the chief rays of a camera.
     ///
     /// # Errors
-    /// Returns an error without a real lens that is round, and for a film that is tilted.
+    /// Returns an error without a real lens, for chief rays that depend on more than the distance from the axis, and for
+    /// a film that is tilted.
     pub fn new(
         microlenses: Microlenses,
         camera: &Camera,
         frame: &Frame,
     ) -> Result<Self, MicrolensError> {
         let LensModel::Real(lens) = &camera.model else { return Err(MicrolensError::NoLens) };
-        if !lens.prescription.is_round() || !lens.film_pose.is_untilted() {
-            return Err(MicrolensError::NotRound);
-        }
         let [x, y, _] = lens.film_pose.film_point([0.0; 2]);
         let step = (camera.half_diagonal() + x.hypot(y)) / (POINTS - 1) as f64;
         let finder = ChiefRayFinder::new(&lens.prescription);
+        // Directions across the axis (degrees) of the chief ray of a film point.
+        let direction = |x: f64, y: f64| {
+            let ray = finder.of_film_point([x, y, 0.0], lens.film_distance)?;
+            let [tx, ty, tz] = ray.film.t;
+            Some([tx, ty].map(|across| across.atan2(tz).to_degrees()))
+        };
         let mut last = 0.0;
+        let mut is_round = lens.film_pose.is_untilted();
         let angles = std::array::from_fn(|i| {
-            let ray = finder.of_film_point([-step * i as f64, 0.0, 0.0], lens.film_distance);
+            let radius = step * i as f64;
             // Beyond the last chief ray, the lens vignettes.
-            last = ray.map_or(last, |ray| (-ray.film.t[0]).atan2(ray.film.t[2]).to_degrees());
+            let Some([x, y]) = direction(-radius, 0.0) else { return last };
+            let turned = [
+                direction(0.0, -radius).map(|[x, y]| [y, x]),
+                direction(radius, 0.0).map(|[x, y]| [-x, y]),
+            ];
+            let is_same = |[u, v]: [f64; 2]| (u - x).abs().max(v.abs()) < ROUND;
+            is_round &= y.abs() < ROUND && turned.into_iter().flatten().all(is_same);
+            last = -x;
             last
         });
+        if !is_round {
+            return Err(MicrolensError::NotRound);
+        }
         let map = camera.film_map(frame.resolution);
         Ok(Self {
             microlenses,
