@@ -279,12 +279,15 @@ mod tests {
             let projection =
                 FilmProjection { model: Model::Sphere(mapping), film: [1.0; 2], resolution };
             let mut across = 0;
-            for i in 0..20_000 {
-                // A spiral over the sphere, without the poles, where meridians meet.
-                let y = 0.9 - 1.8 * f64::from(i) / 20_000.0;
+            // Meridians meet in the poles.
+            let steepest = if mapping == SphericalMapping::EqualArea { 60.0 } else { 0.9 };
+            for i in 0..40_000 {
+                // A spiral over the sphere.
+                let y = steepest * (1.0 - f64::from(i) / 20_000.0);
                 let (sin, cos) = (f64::from(i) * 2.4).sin_cos();
                 let direction = DVec3::new(cos, y, sin).normalize();
-                let near = (direction + 0.01 * DVec3::new(sin, 0.7, -cos)).normalize();
+                let side = if i % 2 == 0 { 0.01 } else { -0.01 };
+                let near = (direction + side * DVec3::new(sin, 0.7, -cos)).normalize();
                 let [from, to] = [direction, near].map(|point| projection.pixel(point, None));
                 let (from, to) = (from.expect("a pixel"), to.expect("a pixel"));
                 let [x, y] = projection.displacement(from, to);

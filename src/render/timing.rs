@@ -242,6 +242,15 @@ mod tests {
     }
 
     #[test]
+    fn a_row_is_exposed_after_those_above_it() {
+        let timing = timing(Curtain::Ideal, 0.3);
+        for (row, delay) in [(0, 0.0), (3, 0.1), (9, 0.3)] {
+            let [from, to] = timing.exposure_of([2, row], [5, 10]);
+            assert!((from - (0.2 + delay)).abs() < 1e-12 && (to - (0.6 + delay)).abs() < 1e-12);
+        }
+    }
+
+    #[test]
     fn arrivals_after_the_motion_see_the_scene_at_its_end() {
         let shutter = Shutter { open: 0.5, close: 1.5, ..Shutter::default() };
         let timing =

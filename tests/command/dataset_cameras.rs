@@ -194,12 +194,22 @@ fn cameras_of_a_rig_rest_and_pinholes_have_motion_of_their_own() {
     assert!((found / expected - 1.0).abs() < 1e-3, "{found}, not {expected}");
 
     std::fs::remove_dir_all(folder.path().join("out")).expect("a folder");
-    let rig = "rig = [[0.0, 0.0, 0.0], [0.06, 0.0, 0.0]]";
+    let rig =
+        "rig = [[0.0, 0.0, 0.0], [0.06, 0.0, 0.0]]\n[degraded]\nsensor = \"hot=0.05/1e9,time=1\"";
     let (code, _, log) = run(folder.path(), &spec(2, rig), &[]);
     assert_eq!(code, 0, "{log}");
     let rows = rows(folder.path());
     let eyes = [0, 1].map(|i| number(&rows[i]["degraded"]["world_from_camera"][0][3]));
     assert!((eyes[1] - eyes[0] - 0.06).abs() < 1e-9, "{eyes:?}");
+    // Hot pixels saturate. Those of the cameras are of two sensors.
+    let hot = [0, 1].map(|pair| {
+        let raw = read(folder.path(), pair, "raw");
+        let hot = raw.pixels.iter().map(|pixel| pixel[1] > 0.99);
+        hot.collect::<Vec<bool>>()
+    });
+    let [one, both] = [hot[0].iter().zip(&hot[0]), hot[0].iter().zip(&hot[1])]
+        .map(|pairs| pairs.filter(|(a, b)| **a && **b).count());
+    assert!(one > 60 && both < one / 3, "{both} of {one} hot pixels are the same");
     for row in &rows {
         let effects = row["degraded"]["effects"].as_array().expect("effects");
         assert!(!effects.iter().any(|effect| effect == "motion"), "{effects:?}");

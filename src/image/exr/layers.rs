@@ -52,21 +52,19 @@ impl PictureLayers {
         };
         let malformed = |found| ImageError::Malformed { path: path.to_owned(), found };
         let window = |part: &Layer<_>| (part.attributes.layer_position, part.size);
-        let Some(first) = parts.iter().max_by_key(|part| part.size.area()).map(window) else {
+        let Some(largest) = parts.iter().max_by_key(|part| part.size.area()).map(window) else {
             return Err(malformed("the file has no part".to_owned()));
         };
-        let (origin, size) = first;
+        let (origin, size) = largest;
         let mut found = Self {
             origin: [origin.x(), origin.y()],
             size: [size.width(), size.height()],
             layers: Vec::new(),
         };
-        for (number, part) in parts.into_iter().enumerate() {
+        // Smaller parts are no layers of this picture, but previews. The first of the others has its colours.
+        let kept = parts.into_iter().filter(|part| window(part) == largest);
+        for (number, part) in kept.enumerate() {
             let part_name = part.attributes.layer_name.as_ref().map(Text::to_string);
-            // Smaller parts are no layers of this picture, but previews.
-            if window(&part) != first {
-                continue;
-            }
             for channel in part.channel_data.list {
                 let full_name = channel.name.to_string();
                 let (layer, name) = match (full_name.rsplit_once('.'), &part_name) {
@@ -94,6 +92,45 @@ mod tests {
     use super::*;
     use crate::{EncodingOptions, Picture, PictureWindow};
     use petzval_base::io::{FileLog, OutputFile};
+
+    #[test]
+    fn parts_of_other_programs_name_layers_and_previews_are_left_out() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.exr");
+        let part = |name: &str, size: (usize, usize), channels: &[&str]| {
+            let values = |&name: &&str| {
+                let values = (0..size.0 * size.1).map(|i| i as f32).collect::<Vec<f32>>();
+                AnyChannel::new(name, FlatSamples::F32(values))
+            };
+            let list = channels.iter().map(values).collect();
+            let attributes = LayerAttributes::named(name);
+            Layer::new(size, attributes, Encoding::UNCOMPRESSED, AnyChannels::sort(list))
+        };
+        let parts: Layers<_> = [
+            part("preview", (2, 1), &["R", "G", "B"]),
+            part("rgba", (4, 3), &["R", "G", "B"]),
+            part("depth", (4, 3), &["Z"]),
+            part("light", (4, 3), &["key.R"]),
+        ]
+        .into_iter()
+        .collect();
+        let image =
+            Image::from_layers(ImageAttributes::new(IntegerBounds::from_dimensions((4, 3))), parts);
+        image.write().to_file(&path).unwrap();
+        let found = PictureLayers::read(&path, &ReadContext::default()).unwrap();
+        assert_eq!(found.size, [4, 3]);
+        let names: Vec<_> = found
+            .layers
+            .iter()
+            .map(|layer| format!("{}.{}", layer.name, layer.channels[0].0))
+            .collect();
+        assert_eq!(names, ["depth.Z", "key.R"]);
+        // Damage is no layer that is missing.
+        let mut bytes = std::fs::read(&path).unwrap();
+        bytes.truncate(bytes.len() - 20);
+        std::fs::write(&path, &bytes).unwrap();
+        assert!(PictureLayers::read(&path, &ReadContext::default()).is_err());
+    }
 
     #[test]
     fn layers_come_back_as_they_were_written() {

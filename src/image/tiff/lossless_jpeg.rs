@@ -260,6 +260,35 @@ mod tests {
         assert_eq!(decode(&encoded(), 24), Ok(SAMPLES.to_vec()));
     }
 
+    /// Returns a row of so many samples of 16 bits, shifted, with the predictor 1 and codes of five bits for all symbols.
+    fn stream(width: u8, shift: u8, bits: &str) -> Vec<u8> {
+        let mut bytes = vec![0xff, 0xd8, 0xff, 0xc4, 0, 36, 0, 0, 0, 0, 0, 17];
+        bytes.extend([0; 11]);
+        bytes.extend(0..17);
+        bytes.extend([0xff, 0xc3, 0, 11, 16, 0, 1, 0, width, 1, 0, 0x11, 0]);
+        bytes.extend([0xff, 0xda, 0, 8, 1, 0, 0, 1, 0, shift]);
+        let digits: Vec<u8> = bits.bytes().filter(|&b| b != b' ').collect();
+        for byte in digits.chunks(8) {
+            let value = (0..8).fold(0, |sum, i| sum << 1 | (byte.get(i) != Some(&b'0')) as u8);
+            bytes.push(value);
+            if value == 0xff {
+                bytes.push(0);
+            }
+        }
+        bytes.extend([0xff, 0xd9]);
+        bytes
+    }
+
+    #[test]
+    fn differences_of_sixteen_bits_wrap_and_shifted_samples_come_back() {
+        // The first sample is predicted as 32768; the symbol 16 is a difference of 32768 without further bits.
+        let steps = stream(3, 0, "10000 00011101 00010 00");
+        assert_eq!(decode(&steps, 3), Ok(vec![0, 5, 2]));
+        // With two bits less, it is predicted as 8192.
+        let shifted = stream(2, 2, "00000 000011");
+        assert_eq!(decode(&shifted, 2), Ok(vec![32768, 32772]));
+    }
+
     #[test]
     fn wrong_data_is_an_error() {
         let good = encoded();

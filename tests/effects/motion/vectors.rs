@@ -101,6 +101,8 @@ fn vectors_of_a_moving_disc_are_the_way_of_its_image() {
         ("dgauss.50mm.dat", 43.0, [-0.5, 0.1, 2.0], [0.1, 0.3, 2.0], 0.05),
         ("anamorphic.toml", 43.0, [0.5, 0.1, 2.0], [-0.1, -0.2, 2.0], 0.05),
         ("fisheye.6mm.toml", 30.0, [1.6, 0.3, 0.6], [1.0, -0.6, 1.2], 0.08),
+        // So near that the entrance pupil moves on with the angle.
+        ("fisheye.6mm.toml", 30.0, [0.11, 0.02, 0.16], [0.06, -0.05, 0.19], 0.01),
         ("sphere", 43.0, [1.0, 0.2, 0.3], [0.6, 0.4, 1.0], 0.1),
     ];
     for (lens, diagonal, from, to, radius) in cases {
