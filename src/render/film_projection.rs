@@ -299,6 +299,21 @@ mod tests {
     }
 
     #[test]
+    fn an_edge_of_an_equal_area_picture_continues_turned_about_its_middle() {
+        let resolution = [400.0, 200.0];
+        let model = Model::Sphere(SphericalMapping::EqualArea);
+        let projection = FilmProjection { model, film: [1.0; 2], resolution };
+        for (from, to, expected) in [
+            ([100.0, 3.0], [301.0, 2.0], [-1.0, -5.0]),
+            ([100.0, 197.0], [301.0, 198.0], [-1.0, 5.0]),
+            ([3.0, 50.0], [2.0, 149.0], [-5.0, 1.0]),
+            ([397.0, 50.0], [398.0, 149.0], [5.0, 1.0]),
+        ] {
+            assert_eq!(projection.displacement(from, to), expected);
+        }
+    }
+
+    #[test]
     fn rings_cover_the_grid_once() {
         let middle = (NODES - 1) / 2;
         let mut seen = vec![0; NODES * NODES];
